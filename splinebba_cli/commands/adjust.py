@@ -1,0 +1,116 @@
+"""``splinebba adjust``: the adjustment of a project, its results in a folder."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from splinebba_cli.commands.console import (
+    Log,
+    expected_errors,
+    print_json,
+    problem_data,
+    problem_text,
+    rich_console,
+)
+from splinebba_cli.commands.options import (
+    DispersionChoice,
+    FormatOption,
+    OutputFormat,
+    ProjectArgument,
+    QuietOption,
+    TableChoice,
+    VerboseOption,
+)
+from splinebba_cli.errors import ExitCode
+
+if TYPE_CHECKING:
+    from splinebba_cli.core.result import AdjustmentResult, Problem
+
+
+def adjust(
+    project: ProjectArgument,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", help="Result folder; replaced as a whole. Default: PROJECT.results beside it."
+        ),
+    ] = None,
+    dispersion: Annotated[
+        DispersionChoice, typer.Option("--dispersion", help="How much of the dispersion matrix is kept.")
+    ] = DispersionChoice.blocks,
+    tables: Annotated[
+        TableChoice, typer.Option("--tables", help="Format of the result tables.")
+    ] = TableChoice.csv,
+    html: Annotated[bool, typer.Option("--html/--no-html", help="Whether report.html is written.")] = True,
+    format: FormatOption = OutputFormat.text,
+    quiet: QuietOption = False,
+    verbose: VerboseOption = 0,
+) -> None:
+    """Adjust a project: orientations, splines, points, their dispersion and tests."""
+    log = Log(quiet, verbose)
+    with expected_errors(as_json=format is OutputFormat.json):
+        from splinebba_cli.core.adjustment import adjust as adjust_network
+        from splinebba_cli.output.result_folder import write_result_folder
+        from splinebba_cli.project.acceptance import violations
+        from splinebba_cli.project.adjusted import adjusted_project
+        from splinebba_cli.project.loading import load_project
+
+        start = time.perf_counter()
+        loaded = load_project(project)
+        log.warnings(loaded.diagnostics)
+        read = time.perf_counter()
+        full = dispersion is DispersionChoice.full
+        result = adjust_network(loaded.network, observer=log.iteration, full_dispersion=full)
+        failed = violations(loaded.model.acceptance, result)
+        adjusted = time.perf_counter()
+        directory = output if output is not None else default_output(loaded.path)
+        write_result_folder(
+            directory,
+            result,
+            loaded=loaded,
+            adjusted_files=adjusted_project(loaded, result, directory),
+            dispersion=dispersion.value,
+            tables=tables.value,
+            html=html,
+            timings={"read": read - start, "adjust": adjusted - read, **result.timings},
+        )
+        log.detail(f"read {read - start:.2f} s, adjusted {adjusted - read:.2f} s")
+        if format is OutputFormat.json:
+            print_json(summary_data(result, failed, directory))
+        else:
+            _print_summary(result, failed, directory)
+    if failed:
+        raise typer.Exit(ExitCode.NOT_ACCEPTED)
+
+
+def default_output(project: Path) -> Path:
+    """``P.results`` beside ``P.yaml``."""
+    return project.with_name(f"{project.stem}.results")
+
+
+def summary_data(result: AdjustmentResult, failed: tuple[Problem, ...], directory: Path) -> dict[str, Any]:
+    """What ``adjust --format json`` prints: the head of result.json and the verdict."""
+    from splinebba_cli.output.result_json import result_to_dict
+
+    content = result_to_dict(result)
+    return {
+        "results": str(directory),
+        "accepted": not failed,
+        "status": content["status"],
+        "statistics": content["statistics"],
+        "problems": [*content["problems"], *map(problem_data, failed)],
+    }
+
+
+def _print_summary(result: AdjustmentResult, failed: tuple[Problem, ...], directory: Path) -> None:
+    from splinebba_cli.report.console import console_summary
+
+    console = rich_console()
+    console.print(console_summary(result))
+    for problem in failed:
+        console.print(problem_text(problem), style="bold red", markup=False, soft_wrap=True)
+    console.print(f"Results: {directory}", markup=False, soft_wrap=True)

@@ -1,0 +1,127 @@
+"""``splinebba check``: validate a project, count, and look at the rank; no solution."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from splinebba_cli.commands.console import (
+    expected_errors,
+    print_diagnostics,
+    print_json,
+    problem_data,
+    problem_text,
+    rich_console,
+)
+from splinebba_cli.commands.options import CheckFormat, ProjectArgument, QuietOption
+from splinebba_cli.errors import ExitCode, ProjectError
+
+if TYPE_CHECKING:
+    from splinebba_cli.core.budget import Budget
+    from splinebba_cli.core.result import Problem
+    from splinebba_cli.project.loading import LoadedProject
+
+
+def check(
+    project: ProjectArgument,
+    format: Annotated[
+        CheckFormat, typer.Option("--format", help="How findings are printed.")
+    ] = CheckFormat.text,
+    quiet: QuietOption = False,
+) -> None:
+    """Validate a project: errors, counts, redundancy budget and rank. Computes no solution."""
+    with expected_errors(as_json=format is CheckFormat.json):
+        from splinebba_cli.project.loading import load_project
+
+        try:
+            loaded = load_project(project)
+        except ProjectError as error:
+            if format is CheckFormat.json:
+                raise
+            _print_findings(error.diagnostics, format)
+            count = sum(item.severity == "error" for item in error.diagnostics)
+            if format is CheckFormat.text:
+                print(f"{count} error{'s' if count != 1 else ''}")
+            raise typer.Exit(ExitCode.INVALID) from None
+        from splinebba_cli.core.budget import budget
+
+        found = budget(loaded.network)
+        found = replace(
+            found, problems=tuple(_as_seen_here(p, loaded.network.settings.datum) for p in found.problems)
+        )
+        if format is CheckFormat.json:
+            print_json(check_data(loaded, found))
+        else:
+            _print_findings(() if quiet else loaded.diagnostics, format)
+            _print_budget(loaded, found, format)
+    if any(problem.severity == "error" for problem in found.problems):
+        raise typer.Exit(ExitCode.NOT_SOLVABLE)
+
+
+def _as_seen_here(problem: Problem, datum: str) -> Problem:
+    """Defects of the measurements alone that `adjust` fills by gauge and datum conditions are no errors."""
+    filled = ("SBB520", "SBB523") if datum == "minimal" else ("SBB520",)
+    if problem.severity == "error" and problem.code in filled:
+        return replace(problem, severity="warning")
+    return problem
+
+
+def counts(loaded: LoadedProject) -> dict[str, int]:
+    """How many of everything there are."""
+    network = loaded.network
+    return {
+        "cameras": len(network.cameras),
+        "images": len(network.images.ids),
+        "splines": len(network.curves),
+        "points": len(network.points.ids),
+        "spline_observations": len(network.curve_observations),
+        "point_observations": len(network.point_observations),
+    }
+
+
+def check_data(loaded: LoadedProject, found: Budget) -> dict[str, Any]:
+    """What ``check --format json`` prints."""
+    from splinebba_cli.project.diagnostics import as_json_data
+
+    return {
+        "project": loaded.name,
+        "counts": counts(loaded),
+        "budget": {
+            key: getattr(found, key) for key in ("equations", "unknowns", "rank", "nullity", "redundancy")
+        },
+        "features": [asdict(feature) for feature in found.features],
+        "images": [asdict(image) for image in found.images],
+        "problems": [*as_json_data(loaded.diagnostics), *map(problem_data, found.problems)],
+    }
+
+
+def _print_findings(diagnostics: Any, format: CheckFormat) -> None:
+    if format is CheckFormat.github:
+        from splinebba_cli.project.diagnostics import render_github
+
+        if diagnostics:
+            print(render_github(diagnostics))
+    else:
+        print_diagnostics(diagnostics, to_stdout=True)
+
+
+def _print_budget(loaded: LoadedProject, found: Budget, format: CheckFormat) -> None:
+    if format is CheckFormat.github:
+        for problem in found.problems:
+            level = {"error": "error", "warning": "warning", "info": "notice"}[problem.severity]
+            print(f"::{level} title={problem.code}::{problem.message}")
+        return
+    console = rich_console()
+    for problem in found.problems:
+        console.print(problem_text(problem) + "\n", markup=False, soft_wrap=True)
+    number = counts(loaded)
+    console.print(loaded.name, style="bold", markup=False)
+    lines = (
+        f"  {number['images']} images, {number['splines']} splines with {number['spline_observations']} "
+        f"measured points, {number['points']} points with {number['point_observations']} measured points",
+        f"  {found.equations} equations, {found.unknowns} unknowns, rank {found.rank}, "
+        f"nullity {found.nullity}, redundancy {found.redundancy} (before gauge and datum conditions)",
+    )
+    console.print("\n".join(lines), markup=False, soft_wrap=True)

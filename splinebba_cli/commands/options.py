@@ -1,0 +1,66 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+class OutputFormat(StrEnum):
+    """How results are printed."""
+
+    text = "text"
+    json = "json"
+
+
+class CheckFormat(StrEnum):
+    """How findings are printed."""
+
+    text = "text"
+    json = "json"
+    github = "github"
+
+
+class DispersionChoice(StrEnum):
+    """How much of the dispersion matrix is kept."""
+
+    full = "full"
+    blocks = "blocks"
+    none = "none"
+
+
+class TableChoice(StrEnum):
+    """Format of the result tables."""
+
+    csv = "csv"
+    parquet = "parquet"
+
+
+class ReportChoice(StrEnum):
+    """Format of a report."""
+
+    html = "html"
+    text = "text"
+
+
+class SchemaChoice(StrEnum):
+    """Which schema."""
+
+    project = "project"
+    result = "result"
+
+
+ProjectArgument = Annotated[
+    Path,
+    typer.Argument(
+        metavar="PROJECT", help="Project file, or a folder with a project.yaml.", show_default=False
+    ),
+]
+FormatOption = Annotated[OutputFormat, typer.Option("--format", help="How results are printed.")]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no warnings.")]
+VerboseOption = Annotated[
+    int, typer.Option("--verbose", "-v", count=True, help="More about what is going on.")
+]

@@ -1,0 +1,18 @@
+"""``splinebba schema``: the JSON Schema of a file."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from splinebba_cli.commands.options import SchemaChoice
+
+
+def schema(
+    which: Annotated[SchemaChoice, typer.Argument(help="Of which file.")] = SchemaChoice.project,
+) -> None:
+    """Print the JSON Schema of the project file or of result.json."""
+    from splinebba_cli.project.json_schema import schema_text
+
+    print(schema_text(which.value), end="")

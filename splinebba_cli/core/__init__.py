@@ -1,0 +1,1 @@
+"""The numerical core: numpy and scipy only; knows no file, no pydantic and no console."""

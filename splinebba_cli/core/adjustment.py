@@ -1,0 +1,132 @@
+"""adjust(network): approximate values, staged estimation, quality, in order.
+
+Stages keep wrong starts out of false minima (theory, section 6): what the points alone determine comes first, then
+the curves with the orientations held, then everything together.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from splinebba_cli.core.approximation.curve_refinement import calmed, refine_curves
+from splinebba_cli.core.approximation.starting_values import starting_state
+from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution, solve_with_conditions
+from splinebba_cli.core.estimation.datum import minimal_datum
+from splinebba_cli.core.estimation.gauss_markov import Observer
+from splinebba_cli.core.estimation.parameters import ParameterLayout, layout_of
+from splinebba_cli.core.network import CurveObservations, KnotPolicy, Network
+from splinebba_cli.core.observations.coefficient_rows import gauge_rows, value_rows
+from splinebba_cli.core.quality.determinacy import require_determined
+from splinebba_cli.core.quality.evaluation import Adjusted, evaluate
+from splinebba_cli.core.result import AdjustmentResult, Iteration, Problem
+from splinebba_cli.core.state import Prepared, State, prepare
+from splinebba_cli.errors import NotConvergedError, SingularNetworkError
+
+CURVE_DAMPING = 1e-3  # starting value where curves are adjusted
+POINTS_NEEDED = 3
+CALMING_ROUNDS = 4
+
+
+def adjust(network: Network, *, observer: Observer | None = None, full_dispersion: bool = False) -> AdjustmentResult:
+    """Adjust a network.
+
+    Parameters
+    ----------
+    observer : called after every iteration
+    full_dispersion : compute the full dispersion matrix as well (small networks)
+
+    Raises
+    ------
+    SingularNetworkError
+        If something is not determined; its problems name it and what would cure it.
+    NotConvergedError
+        If the iterations do not end with a negligible step.
+    """
+    begin = time.perf_counter()
+    log: list[Iteration] = []
+
+    def record(iteration: Iteration) -> None:
+        log.append(iteration)
+        if observer:
+            observer(iteration)
+
+    prepared = prepare(network)
+    state, problems = starting_state(prepared)
+    started = time.perf_counter()
+    prepared, state = _staged(prepared, state, record)
+    prepared, solved = _final(prepared, state, record)
+    solution_end = time.perf_counter()
+    adjusted = Adjusted(prepared, solved, problems, tuple(log))
+    result = evaluate(adjusted, full_dispersion=full_dispersion)
+    timings = {
+        "approximation_s": started - begin,
+        "estimation_s": solution_end - started,
+        "quality_s": time.perf_counter() - solution_end,
+    }
+    return replace(result, timings=timings)
+
+
+def _staged(prepared: Prepared, state: State, record: Observer) -> tuple[Prepared, State]:
+    """Network and state after the points-only and the curves-only stage, where the network allows them."""
+    network = prepared.network
+    if not network.settings.staged or not network.curves:
+        return prepared, state
+    if len(network.point_observations) >= POINTS_NEEDED:
+        alone = replace(state, coefficients=np.zeros((0, 3)), location=np.zeros(0))
+        solution = _solve(prepare(points_only(network)), alone, record, "points").solution
+        if not solution.converged:
+            return prepared, state
+        after = solution.state
+        state = replace(state, rotation=after.rotation, position=after.position, xyz=after.xyz)
+    elif network.settings.knots == KnotPolicy():
+        return prepared, state
+    return refine_curves(prepared, state, record)
+
+
+def points_only(network: Network) -> Network:
+    """The network without its curves."""
+    none = np.zeros(0, dtype=np.int64)
+    empty = CurveObservations(none, none, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), none)
+    return replace(network, curves=(), curve_observations=empty)
+
+
+def _solve(
+    prepared: Prepared, state: State, record: Observer, stage: str, *, select: bool = False
+) -> ConditionedSolution:
+    settings = prepared.network.settings
+    layout = _layout(prepared, state)
+    control = value_rows(prepared, layout.coefficient_mask)
+    gauge = gauge_rows(prepared, layout.coefficient_mask, settings.gauge_sigma_m)
+    return solve_with_conditions(
+        prepared, layout, control, gauge, state,
+        max_iterations=settings.max_iterations, stage=stage, damping=CURVE_DAMPING if len(gauge) else 0.0,
+        observer=record, select=select,
+    )  # fmt: skip
+
+
+def _layout(prepared: Prepared, state: State) -> ParameterLayout:
+    layout = layout_of(prepared)
+    if prepared.network.settings.datum == "minimal":
+        layout = minimal_datum(layout, state)
+    return layout
+
+
+def _final(prepared: Prepared, state: State, record: Observer) -> tuple[Prepared, ConditionedSolution]:
+    """The joint solution, or the reason why there is none."""
+    try:
+        solved = _solve(prepared, state, record, "joint", select=True)
+        for _ in range(CALMING_ROUNDS):
+            if solved.solution.converged or not solved.solution.restless or not prepared.network.settings.knots.drop:
+                break
+            prepared, state = calmed(prepared, solved.solution.state, solved.solution.restless, record)
+            solved = _solve(prepared, state, record, "joint", select=True)
+    except FloatingPointError as error:
+        problem = Problem("SBB505", "error", str(error), "approximate values", "check signs, units and rotation sequence")
+        raise NotConvergedError([problem]) from error
+    require_determined(prepared, solved)
+    return prepared, solved
+
+

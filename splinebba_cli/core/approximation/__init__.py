@@ -1,0 +1,1 @@
+"""Approximate values: resection, intersection and curve shapes from measurements."""

@@ -1,0 +1,1 @@
+"""From photo coordinates to rays: rotation, interior orientation, distortion, collinearity."""

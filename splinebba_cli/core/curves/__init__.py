@@ -1,0 +1,1 @@
+"""Curves as a basis times coefficients; one file per family."""

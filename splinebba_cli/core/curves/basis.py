@@ -1,0 +1,138 @@
+"""The interface of all curve families: a basis times coefficients, X(u) = sum_j N_j(u) P_j.
+
+On segment s, with t = (u - u_s) / (u_{s+1} - u_s),
+
+    X(u) = sum_k t^k sum_j power[s, k, j] P[columns[s, j]]
+
+A family is a function that builds the :class:`CurveBasis` of one curve; everything else (evaluation, elimination,
+dispersion, gauge, reports) works on the tables.  ``values`` are what people give and read (knots of a spline, end
+points of a line, a0..a3 of a free segment): they are a linear map of the coefficients, given row by row.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
+
+MAX_POWER = 4  # powers 1, t, t^2, t^3
+
+
+@dataclass(frozen=True)
+class CurveBasis:
+    """Basis of one curve as polynomial tables with local support."""
+
+    break_points: FloatArray  # (S + 1,) knot parameters, ascending
+    power: FloatArray  # (S, 4, w): power of t, slot of the support
+    columns: IntArray  # (S, w) coefficient of every slot (unused slots repeat a column with weight 0)
+    value_columns: IntArray  # (k, w) coefficients in each row of `values`
+    value_weights: FloatArray  # (k, w) their weights
+    value_is_position: BoolArray  # (k,) row of `values` is a position (False: a vector such as a1)
+    coefficient_count: int
+    closed: bool
+    has_location: bool  # False: the curve is a single point
+    anchors: FloatArray  # (g,) parameters of the gauge conditions
+
+    @property
+    def segment_count(self) -> int:
+        """Number of segments."""
+        return len(self.power)
+
+    @property
+    def support(self) -> int:
+        """Number of coefficients that one u touches."""
+        return self.power.shape[2]
+
+    def coefficients_from_values(self, values: FloatArray) -> FloatArray:
+        """Coefficients (m, 3) of the user's values (k, 3); k equals m for every family."""
+        if (self.value_weights == 1.0).sum() == len(self.value_weights) and np.array_equal(
+            self.value_columns[:, 0], np.arange(self.coefficient_count)
+        ):
+            return values.copy()
+        return _solve_rows(self.value_columns, self.value_weights, values)
+
+    def values_from_coefficients(self, coefficients: FloatArray) -> FloatArray:
+        """The user's values (k, 3) of coefficients (m, 3)."""
+        return np.einsum("kw,kwd->kd", self.value_weights, coefficients[self.value_columns])
+
+    def locate(self, u: ArrayLike) -> tuple[IntArray, FloatArray]:
+        """Segment and t of locations; closed curves wrap, open ones extend their end segments."""
+        wrapped = np.asarray(u, dtype=float)
+        first, last = self.break_points[0], self.break_points[-1]
+        if self.closed:
+            wrapped = first + np.mod(wrapped - first, last - first)
+        segment = np.searchsorted(self.break_points, wrapped, side="right") - 1
+        segment = np.clip(segment, 0, self.segment_count - 1)
+        length = self.break_points[segment + 1] - self.break_points[segment]
+        return segment, (wrapped - self.break_points[segment]) / length
+
+    def evaluate(self, u: ArrayLike, coefficients: FloatArray, order: int = 0) -> FloatArray:
+        """The curve (order 0) or its derivative d/du of the given order at u, (n, 3)."""
+        segment, t = self.locate(u)
+        length = self.break_points[segment + 1] - self.break_points[segment]
+        weights = np.einsum("nk,nkw->nw", power_row(t, order), self.power[segment])
+        weights = weights / length[:, None] ** order
+        return np.einsum("nw,nwd->nd", weights, coefficients[self.columns[segment]])
+
+
+def power_row(t: FloatArray, order: int = 0) -> FloatArray:
+    """Powers 1, t, t^2, t^3 differentiated `order` times with respect to t, (n, 4)."""
+    row = np.zeros((len(t), MAX_POWER), dtype=np.asarray(t).dtype)
+    for k in range(order, MAX_POWER):
+        factor = 1.0
+        for i in range(order):
+            factor *= k - i
+        row[:, k] = factor * t ** (k - order)
+    return row
+
+
+def _solve_rows(columns: IntArray, weights: FloatArray, values: FloatArray) -> FloatArray:
+    """Solve the square row system that maps coefficients to values."""
+    count = len(values)
+    if count <= 64:
+        matrix = np.zeros((count, count))
+        np.add.at(matrix, (np.arange(count)[:, None], columns), weights)
+        return np.linalg.solve(matrix, values)
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.linalg import splu
+
+    rows = np.repeat(np.arange(count), columns.shape[1])
+    sparse = coo_matrix((weights.ravel(), (rows, columns.ravel())), shape=(count, count)).tocsc()
+    return np.asarray(splu(sparse).solve(np.ascontiguousarray(values)))
+
+
+def knot_parameters(
+    knots: FloatArray, parameterization: str, closed: bool, given: FloatArray | None = None
+) -> FloatArray:
+    """Knot parameters: given, one unit per segment, or the cumulated chord length.
+
+    Parameters
+    ----------
+    knots : (k, 3) float, metres
+
+    Returns
+    -------
+    (k,) float for an open curve, (k + 1,) for a closed one
+
+    Raises
+    ------
+    ValueError
+        If parameters are not strictly ascending (coinciding knots).
+    """
+    segments = len(knots) if closed else len(knots) - 1
+    if given is not None:
+        parameters = np.asarray(given, dtype=float)
+    elif parameterization == "uniform":
+        parameters = np.arange(segments + 1, dtype=float)
+    else:
+        following = np.vstack([knots[1:], knots[:1]]) if closed else knots[1:]
+        chords = np.linalg.norm(following - knots[: len(following)], axis=1)
+        parameters = np.concatenate([[0.0], np.cumsum(chords)])
+    if len(parameters) != segments + 1:
+        raise ValueError(f"{segments + 1} knot parameters are needed, not {len(parameters)}")
+    if not np.all(np.diff(parameters) > 0.0):
+        raise ValueError("knot parameters must ascend strictly: two knots coincide")
+    return parameters

@@ -1,0 +1,46 @@
+"""Nearest point of a curve in object space: global search over samples, then Newton's method."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from splinebba_cli.core.curves.basis import CurveBasis
+from splinebba_cli.core.network import FloatArray
+
+SAMPLES_PER_SEGMENT = 32
+
+
+def nearest_on_curve(
+    basis: CurveBasis, coefficients: FloatArray, points: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Location and distance of the nearest curve point.
+
+    Parameters
+    ----------
+    points : (n, 3) float, metres
+
+    Returns
+    -------
+    u : (n,) float, clipped to the domain of an open curve
+    distance : (n,) float, metres
+    """
+    breaks = basis.break_points
+    steps = np.arange(SAMPLES_PER_SEGMENT) / SAMPLES_PER_SEGMENT
+    samples = np.append((breaks[:-1, None] + steps * np.diff(breaks)[:, None]).ravel(), breaks[-1])
+    xyz = basis.evaluate(samples, coefficients)
+    u = np.empty(len(points))
+    for begin in range(0, len(points), 1000):
+        chunk = points[begin : begin + 1000]
+        square = np.sum((chunk[:, None, :] - xyz[None, :, :]) ** 2, axis=2)
+        u[begin : begin + 1000] = samples[np.argmin(square, axis=1)]
+    spacing = np.min(np.diff(samples))
+    for _ in range(10):
+        difference = basis.evaluate(u, coefficients) - points
+        first, second = basis.evaluate(u, coefficients, 1), basis.evaluate(u, coefficients, 2)
+        square = np.sum(first * first, axis=1)
+        hessian = square + np.sum(difference * second, axis=1)
+        step = -np.sum(difference * first, axis=1) / np.where(hessian > 0.2 * square, hessian, np.maximum(square, 1e-300))
+        u = u + np.clip(step, -spacing, spacing)
+        if not basis.closed:
+            u = np.clip(u, breaks[0], breaks[-1])
+    return u, np.linalg.norm(basis.evaluate(u, coefficients) - points, axis=1)

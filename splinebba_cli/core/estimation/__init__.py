@@ -1,0 +1,1 @@
+"""Gauss-Markov estimation: parameters, elimination, sparse factorisation, datum, rank diagnosis."""

@@ -1,0 +1,301 @@
+"""Cholesky factorisation of symmetric block-sparse matrices, front by front.
+
+    A + diag(d) = L Lᵀ
+
+Each front assembles the matrix entries of its pivots and the updates of the fronts below it, and
+eliminates:
+
+    L₁₁ L₁₁ᵀ = A₁₁,    L₂₁ = A₂₁ L₁₁⁻ᵀ,    update for the parent: U − L₂₁ L₂₁ᵀ
+
+All three are dense (LAPACK potrf, BLAS trsm and syrk).  `analyse` depends on the pattern only and
+is done once for an adjustment; `SymbolicFactor.factorize` is repeated in every iteration.
+
+References
+----------
+Liu, J. W. H. (1992): The multifrontal method for sparse matrix solution: theory and practice.
+    SIAM Review 34, 82-109.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+from scipy.linalg import blas, lapack
+
+from splinebba_cli.core.estimation.blas_threads import fronts_with_threads
+from splinebba_cli.core.estimation.block_matrix import BlockStructure, FloatArray
+from splinebba_cli.core.estimation.extend_add import UpdateTarget, update_target
+from splinebba_cli.core.estimation.fronts import build_fronts, front_operations
+from splinebba_cli.core.estimation.ordering import nested_dissection
+from splinebba_cli.core.estimation.panel_layout import PanelLayout
+
+if TYPE_CHECKING:
+    from splinebba_cli.core.estimation.selected_inverse import SelectedInverse
+
+SINGLE_FRONT = 300
+"""Up to so many unknowns are eliminated in one front."""
+LEAF_UNKNOWNS = 60
+"""Parts of so many unknowns are not divided further; merging fronts decides the rest."""
+
+
+class NotPositiveDefinite(ArithmeticError):
+    """A pivot is not positive, or too small against the diagonal it came from.
+
+    Attributes
+    ----------
+    node, unknown_in_node : int
+        The unknown, in the numbering of the structure, at which the elimination fails.
+    ratio : float
+        Pivot / diagonal: what the others leave of its weight.  NaN where it was not computed.
+    """
+
+    def __init__(self, node: int, unknown_in_node: int, ratio: float) -> None:
+        super().__init__(
+            f"unknown {unknown_in_node} of node {node} is not determined: "
+            f"pivot / diagonal = {ratio:.3g}"
+        )
+        self.node = node
+        self.unknown_in_node = unknown_in_node
+        self.ratio = ratio
+
+    def __reduce__(self) -> tuple[type[NotPositiveDefinite], tuple[int, int, float]]:
+        return type(self), (self.node, self.unknown_in_node, self.ratio)
+
+
+def analyse(structure: BlockStructure, positions: npt.ArrayLike | None = None) -> SymbolicFactor:
+    """Order a pattern and find the pattern of its factor.
+
+    Parameters
+    ----------
+    structure : BlockStructure
+    positions : (n, 2) or (n, 3) float, or None
+        Where each node lies, any unit; rows of NaN for global nodes, which are eliminated last.
+
+    Returns
+    -------
+    SymbolicFactor
+    """
+    leaf = SINGLE_FRONT if structure.n_unknowns <= SINGLE_FRONT else LEAF_UNKNOWNS
+    dissection = nested_dissection(structure, positions, leaf)
+    tree = build_fronts(structure, dissection)
+    layout = PanelLayout.of_tree(structure, tree)
+    targets = [update_target(layout, front) for front in range(len(tree.parent))]
+    return SymbolicFactor(structure, layout, targets)
+
+
+@dataclass(frozen=True, eq=False)
+class SymbolicFactor:
+    """Everything about a factor that depends on the pattern only.
+
+    Attributes
+    ----------
+    structure : BlockStructure
+    layout : PanelLayout
+        Fronts and the places of their entries.
+    targets : list of UpdateTarget
+        Where each front's update goes in its parent.
+    """
+
+    structure: BlockStructure
+    layout: PanelLayout
+    targets: list[UpdateTarget]
+
+    @property
+    def factor_entries(self) -> int:
+        """Entries of the factor that are stored, computed zeros included."""
+        return self.layout.n_entries
+
+    @property
+    def flops(self) -> float:
+        """Floating-point operations of one factorisation."""
+        fronts = zip(self.layout.pivots.tolist(), self.layout.rows.tolist(), strict=True)
+        return float(sum(front_operations(n, r) for n, r in fronts))
+
+    @property
+    def bytes(self) -> int:
+        """Predicted memory of one factorisation: factor, updates under way, places of the values.
+
+        The selected inverse takes as much again.
+        """
+        pending = np.zeros(len(self.targets) + 1)
+        parent = self.layout.tree.parent
+        squares = self.layout.rows.astype(np.float64) ** 2
+        first_child = np.arange(len(parent))
+        for front, above in enumerate(parent.tolist()):
+            if above >= 0:
+                first_child[above] = min(first_child[above], front)
+        np.add.at(pending, first_child, squares)
+        np.add.at(pending, np.arange(len(parent)) + 1, -squares)
+        peak = float(np.cumsum(pending).max(initial=0.0) + squares.max(initial=0.0))
+        return 8 * (self.factor_entries + self.structure.n_entries) + int(8 * peak)
+
+    @cached_property
+    def unknowns_of_fronts(self) -> list[int]:
+        """Pivots and rows of each front together."""
+        return list(map(int, self.layout.pivots + self.layout.rows))
+
+    def panels(self, flat: FloatArray, front: int) -> tuple[FloatArray, FloatArray]:
+        """Views (n, n) and (r, n) of one front in a flat array, Fortran order."""
+        n, r = int(self.layout.pivots[front]), int(self.layout.rows[front])
+        start = int(self.layout.offsets[front])
+        middle, end = start + n * n, start + n * (n + r)
+        top = flat[start:middle].reshape((n, n), order="F")
+        return top, flat[middle:end].reshape((r, n), order="F")
+
+    def factorize(
+        self,
+        values: FloatArray,
+        damping: FloatArray | None = None,
+        pivot_tolerance: float = 0.0,
+    ) -> Factor:
+        """Factor of the matrix with these values.
+
+        Parameters
+        ----------
+        values : (structure.n_entries,) float
+            Values of a BlockMatrix of the analysed structure.
+        damping : (N,) float, optional
+            Added to the diagonal.
+        pivot_tolerance : float
+            A pivot below pivot_tolerance × (diagonal with damping) counts as failed.  The ratio
+            pivot / diagonal is 1 − R², R the multiple correlation (in A) of the unknown with all
+            that are eliminated before it.
+
+        Raises
+        ------
+        NotPositiveDefinite
+            Names the first unknown whose pivot fails.
+        ValueError
+            If values or damping have the wrong length.
+        """
+        layout, n = self.layout, self.structure.n_unknowns
+        if np.shape(values) != (self.structure.n_entries,):
+            raise ValueError(f"{self.structure.n_entries} values expected, got {np.shape(values)}")
+        if damping is not None and np.shape(damping) != (n,):
+            raise ValueError(f"damping for {n} unknowns expected, got {np.shape(damping)}")
+        panel = np.zeros(layout.n_entries)
+        panel[layout.structure_entries] = values
+        if damping is not None:
+            panel[layout.diagonal_entries] += damping[layout.permutation]
+        diagonal = panel[layout.diagonal_entries]
+        failed = self._eliminate(panel)
+        pivots = panel[layout.diagonal_entries[:failed]] ** 2
+        small = np.flatnonzero(~(pivots >= pivot_tolerance * diagonal[: len(pivots)]))
+        if small.size:
+            raise self._failure(int(small[0]), float(pivots[small[0]] / diagonal[small[0]]))
+        if failed is not None:
+            raise self._failure(failed, float("nan"))
+        return Factor(self, panel)
+
+    def _failure(self, eliminated: int, ratio: float) -> NotPositiveDefinite:
+        unknown = int(self.layout.permutation[eliminated])
+        node = int(np.searchsorted(self.structure.starts, unknown, side="right")) - 1
+        return NotPositiveDefinite(node, unknown - int(self.structure.starts[node]), ratio)
+
+    def _eliminate(self, panel: FloatArray) -> int | None:
+        """Replace the assembled matrix by its factor; the place of a failed pivot, or None."""
+        parents = self.layout.tree.parent.tolist()
+        updates: dict[int, FloatArray] = {}
+        for front in fronts_with_threads(range(len(parents)), self.unknowns_of_fronts):
+            top, below = self.panels(panel, front)
+            _, info = lapack.dpotrf(top, lower=1, clean=0, overwrite_a=1)
+            if info != 0:
+                return int(self.layout.unknown[self.layout.tree.first[front]] + info - 1)
+            if below.shape[0] == 0:
+                continue
+            blas.dtrsm(1.0, top, below, side=1, lower=1, trans_a=1, overwrite_b=1)
+            update = updates.pop(front, None)
+            if update is None:
+                update = blas.dsyrk(-1.0, below, lower=1)
+            else:
+                update = blas.dsyrk(-1.0, below, beta=1.0, c=update, lower=1, overwrite_c=1)
+            above = parents[front]
+            target = self.targets[front]
+            target.add(update, *self.panels(panel, above))
+            remaining = int(self.layout.rows[above])
+            if remaining:
+                target.add_remaining(update, updates, above, remaining)
+        return None
+
+
+@dataclass(frozen=True, eq=False)
+class Factor:
+    """The Cholesky factor of a matrix.
+
+    Attributes
+    ----------
+    symbolic : SymbolicFactor
+    panel : (factor_entries,) float
+        L₁₁ and L₂₁ of every front, see `PanelLayout`.
+    """
+
+    symbolic: SymbolicFactor
+    panel: FloatArray
+
+    @property
+    def log_determinant(self) -> float:
+        """log det(A + diag(d)) = 2 Σ log Lᵢᵢ."""
+        return float(2.0 * np.log(self.panel[self.symbolic.layout.diagonal_entries]).sum())
+
+    def solve(self, rhs: FloatArray) -> FloatArray:
+        """Solution x of (A + diag(d)) x = b.
+
+        Parameters
+        ----------
+        rhs : (N,) or (N, k) float
+
+        Returns
+        -------
+        float, the shape of rhs
+
+        Raises
+        ------
+        ValueError
+            If rhs has not N rows.
+        """
+        symbolic = self.symbolic
+        permutation = symbolic.layout.permutation
+        right = np.asarray(rhs, dtype=np.float64)
+        if right.ndim not in (1, 2) or len(right) != len(permutation):
+            raise ValueError(
+                f"{len(permutation)} rows expected, got an array of shape {right.shape}"
+            )
+        if right.size == 0:
+            return right.copy()
+        x = np.ascontiguousarray(right.reshape(len(right), -1)[permutation])
+        fronts = range(len(symbolic.targets))
+        for front in fronts_with_threads(fronts, symbolic.unknowns_of_fronts):
+            self._forward(x, front)
+        for front in fronts_with_threads(reversed(fronts), symbolic.unknowns_of_fronts):
+            self._backward(x, front)
+        solution = np.empty_like(x)
+        solution[permutation] = x
+        return solution.reshape(right.shape)
+
+    def _forward(self, x: FloatArray, front: int) -> None:
+        """x₁ ← L₁₁⁻¹ x₁,  x₂ ← x₂ − L₂₁ x₁  in place."""
+        top, below = self.symbolic.panels(self.panel, front)
+        target = self.symbolic.targets[front]
+        pivots = x[target.pivots]
+        blas.dtrsm(1.0, top, pivots.T, side=1, lower=1, trans_a=1, overwrite_b=1)
+        if below.shape[0]:
+            x[target.rows] -= below @ pivots
+
+    def _backward(self, x: FloatArray, front: int) -> None:
+        """x₁ ← L₁₁⁻ᵀ (x₁ − L₂₁ᵀ x₂)  in place."""
+        top, below = self.symbolic.panels(self.panel, front)
+        target = self.symbolic.targets[front]
+        pivots = x[target.pivots]
+        if below.shape[0]:
+            pivots -= below.T @ x[target.rows]
+        blas.dtrsm(1.0, top, pivots.T, side=1, lower=1, trans_a=0, overwrite_b=1)
+
+    def selected_inverse(self) -> SelectedInverse:
+        """The inverse on the pattern of the factor."""
+        from splinebba_cli.core.estimation.selected_inverse import select_inverse
+
+        return select_inverse(self)

@@ -1,0 +1,78 @@
+"""A solution with no more gauge conditions than needed (see datum.py)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinebba_cli.core.estimation.datum import needed_conditions
+from splinebba_cli.core.estimation.gauss_markov import Observer, Solution, solve
+from splinebba_cli.core.estimation.normal_equations import Assembler
+from splinebba_cli.core.estimation.parameters import ParameterLayout
+from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.observations.coefficient_rows import CoefficientRows, concatenate_rows
+from splinebba_cli.core.state import Prepared, State
+
+ROUNDS = 8
+
+
+@dataclass(frozen=True)
+class ConditionedSolution:
+    """Solution, the equations that it took, and which of the conditions it needed."""
+
+    assembler: Assembler
+    solution: Solution
+    conditions: IntArray  # conditions that took part, numbers in the list of all
+
+
+def leverage_of(rows: CoefficientRows, assembler: Assembler, solution: Solution) -> FloatArray:
+    """g Q g' of rows at a solution, (q,)."""
+    if solution.factor is None or not len(rows):
+        return np.zeros(len(rows))
+    from splinebba_cli.core.estimation.window_map import WindowMap
+
+    values = solution.factor.selected_inverse().values
+    window = WindowMap.of(assembler.structure, assembler.slots_of_columns(rows.columns))
+    mask = assembler.layout.coefficient_mask[rows.columns].reshape(len(rows), -1)
+    j = rows.jacobian.reshape(len(rows), -1) * mask
+    return np.einsum("qi,qij,qj->q", j, window.gather(values), j, optimize=True)
+
+
+def solve_with_conditions(
+    prepared: Prepared, layout: ParameterLayout, control: CoefficientRows, gauge: CoefficientRows, state: State,
+    *, max_iterations: int, stage: str, damping: float, observer: Observer | None, select: bool = True,
+) -> ConditionedSolution:  # fmt: skip
+    """Solve with all gauge conditions, then with those that are needed.
+
+    Parameters
+    ----------
+    control : equations of the curves' given values
+    gauge : tangential conditions of all anchors
+    select : False keeps all conditions
+    """
+    active = np.ones(len(gauge), dtype=bool)
+    assembler = Assembler(prepared, layout, concatenate_rows([control, gauge], prepared.curves.support))
+    solution = solve(
+        assembler, state, max_iterations=max_iterations, stage=stage, damping=damping, observer=observer
+    )
+    best = ConditionedSolution(assembler, solution, np.flatnonzero(active))
+    if not select or not len(gauge):
+        return best
+    for _ in range(ROUNDS):
+        if not best.solution.converged:
+            break
+        keep = needed_conditions(active, leverage_of(gauge, best.assembler, best.solution))
+        if np.array_equal(keep, active):
+            break
+        chosen = np.flatnonzero(keep)
+        assembler = Assembler(
+            prepared, layout, concatenate_rows([control, gauge.select(chosen)], prepared.curves.support)
+        )
+        solution = solve(
+            assembler, best.solution.state, max_iterations=max_iterations, stage=stage, damping=0.0, observer=observer
+        )
+        if not solution.converged:
+            break
+        active, best = keep, ConditionedSolution(assembler, solution, chosen)
+    return best

@@ -1,0 +1,128 @@
+"""Where the update of a front goes in its parent, and where the parent's inverse is taken from.
+
+The r rows of a front are, in its parent, partly pivots (the first k) and partly rows:
+
+    update = [U₁₁      ]   U₁₁ → A₁₁ of the parent,   U₂₁ → A₂₁,   U₂₂ → the parent's own update
+             [U₂₁  U₂₂ ]
+
+Only lower triangles are meaningful; positions ascend in every front, so lower goes to lower.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinebba_cli.core.estimation.block_matrix import FloatArray, IntArray
+from splinebba_cli.core.estimation.panel_layout import PanelLayout
+
+Index = IntArray | slice
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class UpdateTarget:
+    """Indices of one front.
+
+    Attributes
+    ----------
+    pivots : slice
+        Its pivots among all unknowns in the order of elimination.
+    rows : (r,) int or slice
+        Its rows among them.
+    split : int
+        How many of its rows are pivots of the parent.
+    pivots_in_parent, rows_in_parent : (split,), (r − split,) int or slice
+        Their places among the parent's pivots and rows.
+    """
+
+    pivots: slice
+    rows: Index
+    split: int
+    pivots_in_parent: Index
+    rows_in_parent: Index
+
+    def add(self, update: FloatArray, top: FloatArray, below: FloatArray) -> None:
+        """Add U₁₁ and U₂₁ to the parent's A₁₁ and A₂₁."""
+        k = self.split
+        _add_block(top, self.pivots_in_parent, self.pivots_in_parent, update[:k, :k])
+        if k < len(update):
+            _add_block(below, self.rows_in_parent, self.pivots_in_parent, update[k:, :k])
+
+    def add_remaining(
+        self, update: FloatArray, updates: dict[int, FloatArray], parent: int, rows: int
+    ) -> None:
+        """Add U₂₂ to the update of the parent, which is begun if this is the first one."""
+        k = self.split
+        if k == len(update):
+            return
+        begun = updates.get(parent)
+        if begun is not None:
+            _add_block(begun, self.rows_in_parent, self.rows_in_parent, update[k:, k:])
+            return
+        begun = np.zeros((rows, rows), order="F")
+        begun[_pair(self.rows_in_parent, self.rows_in_parent)] = update[k:, k:]
+        updates[parent] = begun
+
+    def take(self, top: FloatArray, below: FloatArray, remaining: FloatArray) -> FloatArray:
+        """Lower triangle of the parent's matrix on this front's rows, (r, r), Fortran order."""
+        k, rows = self.split, self.rows_in_parent
+        r = k + (rows.stop - rows.start if isinstance(rows, slice) else len(rows))
+        taken = np.empty((r, r), order="F")
+        taken[:k, :k] = top[_pair(self.pivots_in_parent, self.pivots_in_parent)]
+        if k < r:
+            taken[k:, :k] = below[_pair(rows, self.pivots_in_parent)]
+            taken[k:, k:] = remaining[_pair(rows, rows)]
+        return taken
+
+
+def update_target(layout: PanelLayout, front: int) -> UpdateTarget:
+    """Indices of one front of a layout."""
+    tree, unknown = layout.tree, layout.unknown
+    pivots = slice(int(unknown[tree.first[front]]), int(unknown[tree.first[front + 1]]))
+    rows = tree.rows[front]
+    parent = int(tree.parent[front])
+    if parent < 0:
+        return UpdateTarget(pivots, slice(0, 0), 0, slice(0, 0), slice(0, 0))
+    sizes = unknown[rows + 1] - unknown[rows]
+    split = int(np.searchsorted(rows, tree.first[parent + 1]))
+    expanded = _expand(unknown[rows], sizes)
+    k = int(sizes[:split].sum())
+    above = tree.rows[parent]
+    before = np.concatenate([[0], np.cumsum(unknown[above + 1] - unknown[above])])
+    places = before[np.searchsorted(above, rows[split:])]
+    return UpdateTarget(
+        pivots,
+        _as_slice(expanded),
+        k,
+        _as_slice(expanded[:k] - unknown[tree.first[parent]]),
+        _as_slice(_expand(places, sizes[split:])),
+    )
+
+
+def _expand(starts: IntArray, sizes: IntArray) -> IntArray:
+    """The numbers starts[i] .. starts[i] + sizes[i] − 1 of all i, one behind the other."""
+    before = np.cumsum(sizes) - sizes
+    return np.asarray(
+        np.arange(int(sizes.sum())) + np.repeat(starts - before, sizes), dtype=np.int64
+    )
+
+
+def _as_slice(index: IntArray) -> Index:
+    """A slice if the ascending index has no gap; it is copied faster."""
+    if len(index) == 0:
+        return slice(0, 0)
+    if index[-1] - index[0] == len(index) - 1:
+        return slice(int(index[0]), int(index[-1]) + 1)
+    return index
+
+
+def _pair(rows: Index, cols: Index) -> tuple[Index, Index]:
+    """Index of the block rows × cols."""
+    if isinstance(rows, slice) or isinstance(cols, slice):
+        return rows, cols
+    return rows[:, None], cols
+
+
+def _add_block(target: FloatArray, rows: Index, cols: Index, block: FloatArray) -> None:
+    target[_pair(rows, cols)] += block

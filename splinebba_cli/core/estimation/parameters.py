@@ -1,0 +1,106 @@
+"""Which unknowns there are, which are removed, and the nodes of the reduced system.
+
+Nodes are the blocks of the sparse factorisation: one of six unknowns per image (theta, X0), then the curves: a short
+curve is one node, a long one a chain of nodes of four coefficients.  Points and locations are eliminated before.
+A removed (fixed) unknown keeps its place with a unit diagonal, a zero column and a zero step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from splinebba_cli.core.network import FloatArray, Images, IntArray
+from splinebba_cli.core.observations.coefficient_rows import removed_coefficients
+from splinebba_cli.core.state import Prepared, State
+
+SHORT_CURVE = 8  # coefficients up to which a curve is one node
+CHAIN_NODE = 4  # coefficients per node of a longer curve
+ORIENTATION_SIZE = 6
+
+
+@dataclass(frozen=True)
+class ParameterLayout:
+    """Masks (1 free, 0 removed) and the numbering of nodes and unknowns."""
+
+    image_mask: FloatArray  # (m, 6)
+    coefficient_mask: FloatArray  # (C, 3)
+    point_mask: FloatArray  # (n, 3)
+    node_sizes: IntArray  # (nodes,) images first
+    node_starts: IntArray  # (nodes + 1,) first unknown
+    node_of_coefficient: IntArray  # (C,)
+    slot_of_coefficient: IntArray  # (C,) first unknown of the coefficient inside its node
+    node_curve: IntArray  # (nodes,) curve of a node, -1 for images
+
+    @property
+    def image_count(self) -> int:
+        """Number of image nodes."""
+        return len(self.image_mask)
+
+    @property
+    def unknown_of_coefficient(self) -> IntArray:
+        """First unknown of every coefficient in the reduced system, (C,)."""
+        return self.node_starts[self.node_of_coefficient] + self.slot_of_coefficient
+
+    def reduced_mask(self) -> FloatArray:
+        """Mask of all reduced unknowns, (N,)."""
+        mask = np.ones(int(self.node_starts[-1]))
+        mask[: self.image_mask.size] = self.image_mask.ravel()
+        mask[self.unknown_of_coefficient[:, None] + np.arange(3)] = self.coefficient_mask
+        return mask
+
+    def hold_images(self) -> ParameterLayout:
+        """The same with all orientations removed."""
+        return replace(self, image_mask=np.zeros_like(self.image_mask))
+
+    def hold_curves(self) -> ParameterLayout:
+        """The same with all curves removed."""
+        return replace(self, coefficient_mask=np.zeros_like(self.coefficient_mask))
+
+
+def image_mask(images: Images) -> FloatArray:
+    """1 for free orientation unknowns, (m, 6); angles are removed only where all three are fixed."""
+    mask = (images.prior_sigma != 0.0).astype(float)
+    mask[:, :3] = (images.prior_sigma[:, :3] != 0.0).any(axis=1)[:, None]
+    return mask
+
+
+def layout_of(prepared: Prepared) -> ParameterLayout:
+    """The layout of a network with everything free that the user left free."""
+    images = prepared.network.images
+    sizes, nodes, slots, curve_of = [], [], [], []
+    number = len(images.ids)
+    for curve, basis in enumerate(prepared.curves.bases):
+        count = basis.coefficient_count
+        step = count if count <= SHORT_CURVE else CHAIN_NODE
+        chain = np.arange(count) // step
+        nodes.append(number + chain)
+        slots.append(3 * (np.arange(count) % step))
+        in_nodes = np.bincount(chain)
+        sizes.append(3 * in_nodes)
+        curve_of.append(np.full(len(in_nodes), curve))
+        number += len(in_nodes)
+    node_sizes = np.concatenate([np.full(len(images.ids), ORIENTATION_SIZE), *sizes]).astype(np.int64)
+    none = np.zeros(0, dtype=np.int64)
+    return ParameterLayout(
+        image_mask=image_mask(images),
+        coefficient_mask=removed_coefficients(prepared),
+        point_mask=(prepared.network.points.sigma != 0.0).astype(float),
+        node_sizes=node_sizes,
+        node_starts=np.concatenate([[0], np.cumsum(node_sizes)]),
+        node_of_coefficient=np.concatenate([none, *nodes]),
+        slot_of_coefficient=np.concatenate([none, *slots]),
+        node_curve=np.concatenate([np.full(len(images.ids), -1), *curve_of]).astype(np.int64),
+    )
+
+
+def node_positions(layout: ParameterLayout, state: State) -> FloatArray:
+    """Positions of the nodes for the ordering: camera positions, mean of the coefficients, (nodes, 3)."""
+    positions = np.zeros((len(layout.node_sizes), 3))
+    positions[: layout.image_count] = state.position
+    counts = np.bincount(layout.node_of_coefficient, minlength=len(positions))
+    for axis in range(3):
+        sums = np.bincount(layout.node_of_coefficient, state.coefficients[:, axis], minlength=len(positions))
+        positions[layout.image_count :, axis] = (sums / np.maximum(counts, 1))[layout.image_count :]
+    return positions

@@ -1,0 +1,164 @@
+"""The network to adjust: frozen arrays, free of files, units and user's spelling.
+
+Everything is in the inner units: millimetres in the photo, metres in the local object frame (user coordinates
+minus :attr:`Network.origin`), radians.  Indices replace ids; ``*_ids`` give the ids back for people.
+
+A standard deviation of 0 means *fixed* (the unknown is removed), infinity means *free* (no prior).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+RotationSequence = Literal["omega-phi-kappa", "phi-omega-kappa"]
+Role = Literal["control", "partial", "tie", "check"]
+Datum = Literal["control", "minimal"]
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Interior orientation: principal distance, principal point, Brown distortion, affinity.
+
+    The correction is applied to the *measured* photo coordinates (backward model), see
+    :mod:`splinebba_cli.core.camera.distortion`.
+    """
+
+    id: str
+    principal_distance_mm: float
+    principal_point_mm: FloatArray  # (2,)
+    radial: FloatArray  # (3,) K1, K2, K3 in mm^-2, mm^-4, mm^-6
+    decentring: FloatArray  # (2,) P1, P2 in mm^-1
+    affinity: FloatArray  # (2,) b1 (scale of x), b2 (shear), without unit
+    pixel_size_mm: float | None = None
+    format_mm: tuple[float, float] | None = None  # width, height; for footprints and plots
+
+
+@dataclass(frozen=True)
+class Images:
+    """Exterior orientations; one row an image.
+
+    ``rotation`` is R (object from photo); rows of ``rotation`` and ``position`` are NaN where the user gives no
+    approximate orientation.  Priors are on (omega, phi, kappa, X0, Y0, Z0): radians, metres (local).
+    """
+
+    ids: tuple[str, ...]
+    camera: IntArray  # (m,)
+    rotation: FloatArray  # (m, 3, 3)
+    position: FloatArray  # (m, 3)
+    sequence: tuple[RotationSequence, ...]  # (m,)
+    prior: FloatArray  # (m, 6), NaN where sigma is infinite
+    prior_sigma: FloatArray  # (m, 6), 0 = fixed, inf = free
+
+    @property
+    def has_orientation(self) -> BoolArray:
+        """Whether an approximate orientation is given, (m,)."""
+        return np.isfinite(self.position).all(axis=1) & np.isfinite(self.rotation).all(axis=(1, 2))
+
+
+@dataclass(frozen=True)
+class Points:
+    """Object points: control, tie and check points; one row a point."""
+
+    ids: tuple[str, ...]
+    role: tuple[Role, ...]
+    xyz: FloatArray  # (n, 3) approximate or given coordinates, NaN where unknown
+    sigma: FloatArray  # (n, 3) prior sigma: 0 fixed, inf free (ties and checks are inf)
+    check_sigma: FloatArray  # (n, 3) sigma of the given coordinates of check points, else NaN
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One linear feature by the values people give: rows of three numbers.
+
+    What a row of ``values`` is belongs to the family: the knot for natural splines, an end point for a straight
+    line, the coefficient vector of one power of t (Lee's a0..a3) for polynomials and free cubic segments.
+    """
+
+    id: str
+    role: Role
+    family: str  # a name registered in core.curves.registry
+    values: FloatArray  # (k, 3) approximate (or given) values
+    sigma: FloatArray  # (k, 3) prior sigma of the values: 0 fixed (held), inf free
+    closed: bool = False
+    knot_parameters: FloatArray | None = None  # (k,) or (k+1,) if closed; None: by `parameterization`
+    parameterization: Literal["uniform", "chord_length"] = "chord_length"
+    breaks: tuple[int, ...] = ()  # knots at which the curve has a corner (C0)
+    reference: FloatArray | None = None  # (k, 3) reference values of the gauge conditions; None: `values`
+    check_values: FloatArray | None = None  # (q, 3) given shape of a check spline (points along it)
+
+
+@dataclass(frozen=True)
+class CurveObservations:
+    """Image points measured on curves; every one brings its own location along the curve."""
+
+    image: IntArray  # (n,)
+    curve: IntArray  # (n,)
+    photo_xy: FloatArray  # (n, 2) mm, as measured (principal point and distortion not applied)
+    sigma: FloatArray  # (n, 2) mm
+    location: FloatArray  # (n,) approximate u, NaN where unknown
+    segment: IntArray  # (n,) segment to which u is restricted, -1 where it is not
+    group: IntArray | None = None  # (n,) index into group_names, None: one group
+    group_names: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.image)
+
+
+@dataclass(frozen=True)
+class PointObservations:
+    """Image points of object points."""
+
+    image: IntArray  # (n,)
+    point: IntArray  # (n,)
+    photo_xy: FloatArray  # (n, 2) mm, as measured
+    sigma: FloatArray  # (n, 2) mm
+    group: IntArray | None = None  # (n,) index into group_names, None: one group
+    group_names: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.image)
+
+
+@dataclass(frozen=True)
+class KnotPolicy:
+    """What the program may do with the knots of tie splines (theory: knots follow need)."""
+
+    spacing_m: float | None = None  # re-space knots to about this distance of equal arc length; None: keep
+    insert: bool = False  # insert knots where residuals along the curve are systematic
+    drop: bool = False  # drop knots that no measurement supports
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How to adjust."""
+
+    datum: Datum = "control"
+    sigma0_prior: float = 1.0
+    alpha: float = 0.05
+    max_iterations: int = 50
+    gauge_sigma_m: float | None = None  # None: a tenth of the mean knot distance
+    scale_dispersion: bool = True  # multiply the dispersion by the estimated variance of unit weight
+    staged: bool = True  # orientation from points first, then curves, then all together
+    knots: KnotPolicy = field(default_factory=KnotPolicy)
+
+
+@dataclass(frozen=True)
+class Network:
+    """All that is adjusted together."""
+
+    origin: FloatArray  # (3,) user coordinates of the local origin, metres
+    cameras: tuple[Camera, ...]
+    images: Images
+    points: Points
+    curves: tuple[Curve, ...]
+    point_observations: PointObservations
+    curve_observations: CurveObservations
+    settings: Settings = field(default_factory=Settings)

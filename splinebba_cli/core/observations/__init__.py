@@ -1,0 +1,1 @@
+"""Observations: whitened residuals with Jacobians over a few parameter blocks; one file per kind."""

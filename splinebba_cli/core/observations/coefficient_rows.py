@@ -1,0 +1,184 @@
+"""Linear equations over the coefficients of one place of a curve: control of its values, and gauge conditions.
+
+    control     (sum_j m_kj P_j - value_k)_d / sigma_kd = v
+    gauge       tau_a' (sum_j N_j(u_a) P_j - X0(u_a)) / sigma = v,  tau the unit tangent of the reference curve
+
+Every row touches at most w coefficients.  (theory, sections 6 and 7)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinebba_cli.core.network import Curve, FloatArray, IntArray
+from splinebba_cli.core.state import Prepared
+
+HELD_FRACTION = 1e-6  # sigma of a held inner knot, as a share of the knot distance
+
+
+@dataclass(frozen=True)
+class CoefficientRows:
+    """Rows J p = target, whitened; p the coefficients in `columns`, coordinate fastest."""
+
+    curve: IntArray  # (q,)
+    row: IntArray  # (q,) row of `values`, or number of the anchor
+    component: IntArray  # (q,) 0, 1, 2, or 3 along the tangent
+    columns: IntArray  # (q, w)
+    jacobian: FloatArray  # (q, w, 3)
+    target: FloatArray  # (q,)
+    sigma: FloatArray  # (q,) metres
+
+    def __len__(self) -> int:
+        return len(self.curve)
+
+    def residual(self, coefficients: FloatArray) -> FloatArray:
+        """Whitened residuals J p - target, (q,)."""
+        return np.einsum("qwd,qwd->q", self.jacobian, coefficients[self.columns]) - self.target
+
+    def select(self, keep: IntArray) -> CoefficientRows:
+        """Some of the rows."""
+        return CoefficientRows(
+            self.curve[keep],
+            self.row[keep],
+            self.component[keep],
+            self.columns[keep],
+            self.jacobian[keep],
+            self.target[keep],
+            self.sigma[keep],
+        )
+
+
+def concatenate_rows(parts: list[CoefficientRows], support: int) -> CoefficientRows:
+    """Rows of several kinds one after another; an empty table of the right width for no parts."""
+    if not parts:
+        none = np.zeros(0, dtype=np.int64)
+        return CoefficientRows(
+            none,
+            none,
+            none,
+            np.zeros((0, support), dtype=np.int64),
+            np.zeros((0, support, 3)),
+            np.zeros(0),
+            np.zeros(0),
+        )
+    return CoefficientRows(
+        *(np.concatenate([getattr(p, f) for p in parts]) for f in CoefficientRows.__annotations__)
+    )
+
+
+def _pad(array: FloatArray, support: int) -> FloatArray:
+    return np.pad(array, ((0, 0), (0, support - array.shape[1])))
+
+
+def removed_coefficients(prepared: Prepared) -> FloatArray:
+    """Mask (C, 3), 0 where a coefficient is fixed and removed, else 1.
+
+    A held value removes its coefficient where it *is* one (end knots, coefficients of free families), and all of a
+    curve whose values are all held; other held knots become equations of very large weight.
+    """
+    mask = np.ones((prepared.curves.coefficient_count, 3))
+    for number, curve in enumerate(prepared.network.curves):
+        start = prepared.curves.coefficient_start[number]
+        if (curve.sigma == 0.0).all():
+            mask[start : start + len(curve.values)] = 0.0
+            continue
+        basis = prepared.curves.bases[number]
+        pure = (np.abs(basis.value_weights) > 0.0).sum(axis=1) == 1
+        for row in np.flatnonzero(pure & (curve.sigma == 0.0).any(axis=1)):
+            slot = int(np.argmax(np.abs(basis.value_weights[row])))
+            mask[start + basis.value_columns[row, slot], curve.sigma[row] == 0.0] = 0.0
+    return mask
+
+
+def value_rows(prepared: Prepared, removed: FloatArray) -> CoefficientRows:
+    """Equations of the weighted (and of the held inner) values of all curves."""
+    parts: list[CoefficientRows] = []
+    support = prepared.curves.support
+    for number, curve in enumerate(prepared.network.curves):
+        if not np.isfinite(curve.sigma).any() or (curve.sigma == 0.0).all():
+            continue
+        basis = prepared.curves.bases[number]
+        start = prepared.curves.coefficient_start[number]
+        columns = np.tile(basis.value_columns[:, :1], (1, support)) + start
+        columns[:, : basis.value_columns.shape[1]] = basis.value_columns + start
+        weights = _pad(basis.value_weights, support)
+        rows, components = np.nonzero(np.isfinite(curve.sigma))
+        sigma = curve.sigma[rows, components]
+        sigma = np.where(sigma == 0.0, HELD_FRACTION * knot_distance(curve), sigma)
+        live = np.einsum("qw,qw->q", np.abs(weights[rows]), removed[columns[rows], components[:, None]]) > 0.0
+        rows, components, sigma = rows[live], components[live], sigma[live]
+        jacobian = np.zeros((len(rows), support, 3))
+        jacobian[np.arange(len(rows)), :, components] = weights[rows] / sigma[:, None]
+        parts.append(
+            CoefficientRows(
+                np.full(len(rows), number),
+                rows,
+                components,
+                columns[rows],
+                jacobian,
+                curve.values[rows, components] / sigma,
+                sigma,
+            )
+        )
+    return concatenate_rows(parts, support)
+
+
+def gauge_rows(prepared: Prepared, removed: FloatArray, gauge_sigma_m: float | None) -> CoefficientRows:
+    """Tangential conditions at the anchors of every curve that has a free coefficient."""
+    parts: list[CoefficientRows] = []
+    support = prepared.curves.support
+    for number, curve in enumerate(prepared.network.curves):
+        basis = prepared.curves.bases[number]
+        start = int(prepared.curves.coefficient_start[number])
+        if not len(basis.anchors):
+            continue
+        reference = curve.values if curve.reference is None else curve.reference
+        coefficients = basis.coefficients_from_values(reference)
+        sigma = gauge_sigma_m if gauge_sigma_m is not None else 0.1 * knot_distance(curve)
+        tangent = anchor_tangents(basis.anchors, curve, number, prepared, coefficients)
+        segment, t = prepared.curves.locate(np.full(len(basis.anchors), number), basis.anchors)
+        weights = prepared.curves.weights(segment, t)
+        columns = prepared.curves.columns[segment]
+        jacobian = weights[:, :, None] * tangent[:, None, :] / sigma
+        target = np.einsum("qwd,qwd->q", jacobian, coefficients[columns - start])
+        live = np.einsum("qwd,qwd->q", np.abs(jacobian), removed[columns]) > 0.0
+        rows = np.flatnonzero(live)
+        parts.append(
+            CoefficientRows(
+                np.full(len(rows), number),
+                rows,
+                np.full(len(rows), 3),
+                columns[rows],
+                jacobian[rows],
+                target[rows],
+                np.full(len(rows), sigma),
+            )
+        )
+    return concatenate_rows(parts, support)
+
+
+def anchor_tangents(
+    anchors: FloatArray, curve: Curve, number: int, prepared: Prepared, coefficients: FloatArray
+) -> FloatArray:
+    """Unit tangents of the reference curve at its anchors, (g, 3); the mean of both sides at a corner."""
+    basis = prepared.curves.bases[number]
+    step = 1e-6 * np.min(np.diff(basis.break_points))
+    after, before = (
+        basis.evaluate(anchors + step, coefficients, 1),
+        basis.evaluate(anchors - step, coefficients, 1),
+    )
+    after /= np.maximum(np.linalg.norm(after, axis=1), 1e-300)[:, None]
+    before /= np.maximum(np.linalg.norm(before, axis=1), 1e-300)[:, None]
+    tangent = after + before
+    norm = np.linalg.norm(tangent, axis=1)
+    folded = norm < 1e-6
+    return np.where(folded[:, None], after, tangent / np.where(folded, 1.0, norm)[:, None])
+
+
+def knot_distance(curve: Curve) -> float:
+    """Mean distance of neighbouring knots (families without knots: length of a_1 or of the line), metres."""
+    if curve.family == "natural_cubic" or curve.family == "straight_line":
+        return float(np.mean(np.linalg.norm(np.diff(curve.values, axis=0), axis=1)))
+    return float(max(np.linalg.norm(curve.values[1:].sum(axis=0)), 1e-12)) if len(curve.values) > 1 else 1.0

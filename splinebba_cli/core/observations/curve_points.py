@@ -1,0 +1,135 @@
+"""Image points on curves: extended collinearity (Lee 3.12-3.18), the location eliminated on the spot.
+
+With whitened residual r = W (p(X(u)) - xy), A = W d(x, y)/dX and b = A X'(u), the unit vector n, n . b = 0, turns two
+equations with the unknown location into one without it,
+
+    n'(r + A_eop d_eop + sum_j N_j A dP_j) = n'v .
+
+Its Jacobian over the coefficients is the outer product of the basis weights N (w) and g = n'A (3).  Where a location
+is held at the end of its domain (or the curve is a point), the equation along b stays as a second row.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinebba_cli.core.camera.collinearity import project_with_jacobian
+from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.observations.locations import projected_derivatives
+from splinebba_cli.core.state import Prepared, State
+
+STIFF = 0.05  # share of the equation along the curve that is worth keeping
+UNSETTLED = 1e-6  # residual along the curve, in sigma, above which a location is no foot point
+
+
+@dataclass(frozen=True)
+class StiffRows:
+    """Second-order part of the elimination at sharp turns.
+
+    The location has the exact second derivative h = b . b + r . r''.  Eliminating it with h instead of b . b leaves
+    the share 1 - b . b / h of the equation along the curve in the normal matrix: at a corner a point on the outer
+    side holds the corner itself.  Its residual is 0, so that it changes steps, not the solution.
+    """
+
+    point: IntArray  # (q,) measured points with a share worth its cost
+    image: IntArray  # (q,)
+    segment: IntArray  # (q,)
+    orientation: FloatArray  # (q, 6) scaled by the root of the share
+    weights: FloatArray  # (q, w)
+    direction: FloatArray  # (q, 3)
+
+
+@dataclass(frozen=True)
+class CurveRows:
+    """Linearised equations without locations; row k belongs to measured point ``point[k]``."""
+
+    point: IntArray  # (k,) measured point; the first n rows are the equations across, in order
+    image: IntArray  # (k,)
+    segment: IntArray  # (k,) segment number in the curve set
+    residual: FloatArray  # (k,) whitened
+    orientation: FloatArray  # (k, 6) d/d(theta, X0)
+    weights: FloatArray  # (k, w) basis values
+    direction: FloatArray  # (k, 3) d/dX; d/dP_j = N_j direction
+    along: FloatArray  # (n,) whitened residual along the curve (0 at the foot point)
+    speed: FloatArray  # (n,) |b|, whitened residual per unit of u
+    normal: FloatArray  # (n, 2) whitened unit normal
+    cost: float  # sum of squares that remains after the elimination
+    stiff: StiffRows
+
+
+def linearize_curve_points(prepared: Prepared, state: State, held: IntArray) -> CurveRows:
+    """Equations across the curves at the current state.
+
+    Parameters
+    ----------
+    held : (h,) int, measured points whose location is held: they keep the equation along the curve, and so
+        does every other point whose location is not (yet) its foot point
+
+    Raises
+    ------
+    FloatingPointError
+        If a point of a curve lies behind a camera.
+    """
+    observed = prepared.network.curve_observations
+    image, curves = observed.image, prepared.curves
+    segment, t = curves.locate(observed.curve, state.location)
+    weights = curves.weights(segment, t)
+    local = state.coefficients[curves.columns[segment]]
+    xyz = np.matmul(weights[:, None, :], local)[:, 0]
+    tangent = np.matmul(curves.weights(segment, t, 1)[:, None, :], local)[:, 0]
+    xy, jacobian = project_with_jacobian(
+        prepared.principal_distance[image], state.rotation[image], state.position[image], xyz
+    )
+    rays = prepared.curve_rays
+    r = np.matmul(rays.whitening, (xy - rays.xy)[:, :, None])[:, :, 0]
+    if not np.isfinite(r).all():
+        raise FloatingPointError("a curve point lies behind a camera")
+    a_xyz = np.matmul(rays.whitening, jacobian.object_xyz)
+    a_eop = np.matmul(rays.whitening, jacobian.orientation)
+    b = np.matmul(a_xyz, tangent[:, :, None])[:, :, 0]
+    speed = np.hypot(b[:, 0], b[:, 1])
+    moving = speed > 0.0
+    unit = np.where(moving[:, None], b / np.where(moving, speed, 1.0)[:, None], [0.0, 1.0])
+    normal = np.stack([-unit[:, 1], unit[:, 0]], axis=1)
+    along = np.sum(unit * r, axis=1)
+    fixed = np.union1d(held, np.flatnonzero(np.abs(along) > UNSETTLED))
+    rows = np.concatenate([np.arange(len(image)), fixed])
+    project_on = np.concatenate([normal, unit[fixed]])
+    residual = np.sum(project_on * r[rows], axis=1)
+    return CurveRows(
+        point=rows,
+        image=image[rows],
+        segment=segment[rows],
+        residual=residual,
+        orientation=np.matmul(project_on[:, None, :], a_eop[rows])[:, 0],
+        weights=weights[rows],
+        direction=np.matmul(project_on[:, None, :], a_xyz[rows])[:, 0],
+        along=along,
+        speed=speed,
+        normal=normal,
+        cost=float(residual @ residual),
+        stiff=_stiff_rows(prepared, state, segment, weights, unit, a_eop, a_xyz),
+    )
+
+
+def _stiff_rows(
+    prepared: Prepared, state: State, segment: IntArray, weights: FloatArray, unit: FloatArray, a_eop: FloatArray,
+    a_xyz: FloatArray,
+) -> StiffRows:  # fmt: skip
+    every = np.arange(len(segment))
+    r, r1, r2, _ = projected_derivatives(prepared, state, every, state.location)
+    square = np.sum(r1 * r1, axis=1)
+    bend = np.sum(r * r2, axis=1)
+    share = np.where(bend > 0.0, bend / np.maximum(square + bend, 1e-300), 0.0)
+    rows = np.flatnonzero(share > STIFF)
+    along = np.sqrt(share[rows])[:, None] * unit[rows]
+    return StiffRows(
+        point=rows,
+        image=prepared.network.curve_observations.image[rows],
+        segment=segment[rows],
+        orientation=np.matmul(along[:, None, :], a_eop[rows])[:, 0],
+        weights=weights[rows],
+        direction=np.matmul(along[:, None, :], a_xyz[rows])[:, 0],
+    )

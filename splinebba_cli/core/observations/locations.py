@@ -1,0 +1,177 @@
+"""Foot points: the location of every measured point, nearest to it on the projected curve.
+
+Along the projected curve p(u), with whitened r(u) = W (p(u) - xy), the squared distance is stationary where
+r . r' = 0; Newton's method uses the exact second derivative.  The global search starts it from the nearest of many
+samples of the projected curve.  (theory, sections 3 and 8)
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from splinebba_cli.core.camera.collinearity import project
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
+from splinebba_cli.core.row_groups import RowGroups
+from splinebba_cli.core.state import Prepared, State
+
+EXTENSION = 0.5  # how far beyond its ends an open curve may be measured, in end segments
+SAMPLES_PER_SEGMENT = 16
+NEWTON_STEPS = 12
+
+
+def location_bounds(prepared: Prepared) -> tuple[FloatArray, FloatArray]:
+    """Lowest and highest allowed location of every measured point, (n,) each."""
+    observed, curves = prepared.network.curve_observations, prepared.curves
+    curve = observed.curve
+    first_segment, last_segment = curves.segment_start[curve], curves.segment_start[curve + 1] - 1
+    low = curves.first[curve] - EXTENSION * curves.length[first_segment]
+    high = curves.last[curve] + EXTENSION * curves.length[last_segment]
+    low = np.where(curves.closed[curve], -np.inf, low)
+    high = np.where(curves.closed[curve], np.inf, high)
+    bound = observed.segment >= 0
+    segment = np.clip(first_segment + observed.segment, first_segment, last_segment)
+    low = np.where(bound, curves.left[segment], low)
+    high = np.where(bound, curves.left[segment] + curves.length[segment], high)
+    single = ~curves.has_location[curve]
+    return np.where(single, 0.0, low), np.where(single, 0.0, high)
+
+
+def held_locations(prepared: Prepared, location: FloatArray) -> IntArray:
+    """Measured points whose location is at its bound: they have no location unknown."""
+    low, high = location_bounds(prepared)
+    return np.flatnonzero((location <= low) | (location >= high))
+
+
+def refine_locations(prepared: Prepared, state: State, steps: int = NEWTON_STEPS) -> State:
+    """Foot points by Newton's method from the present locations, all points at once."""
+    location = state.location.copy()
+    low, high = location_bounds(prepared)
+    active = np.flatnonzero(low < high)
+    for _ in range(steps):
+        if not len(active):
+            break
+        new, settled = _newton_step(prepared, state, active, location[active])
+        new = np.clip(new, low[active], high[active])
+        settled |= new == location[active]
+        location[active] = new
+        active = active[~settled]
+    curves = prepared.curves
+    return replace(state, location=curves.wrap(prepared.network.curve_observations.curve, location))
+
+
+def _newton_step(
+    prepared: Prepared, state: State, rows: IntArray, location: FloatArray
+) -> tuple[FloatArray, BoolArray]:
+    """One safeguarded Newton step; whether each point has settled to rounding."""
+    r, r1, r2, length = projected_derivatives(prepared, state, rows, location)
+    gradient, square = np.sum(r * r1, axis=1), np.sum(r1 * r1, axis=1)
+    hessian = square + np.sum(r * r2, axis=1)
+    curvature = np.where(hessian > 0.2 * square, hessian, square)
+    step = -gradient / np.where(curvature > 0.0, curvature, 1.0)
+    limit = length / 8.0
+    step = np.clip(np.where(np.isfinite(step), step, 0.0), -limit, limit)
+    return location + step, np.abs(step) * np.sqrt(square) < 1e-10
+
+
+def projected_derivatives(
+    prepared: Prepared, state: State, rows: IntArray, location: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Whitened residual r = W (p(u) - xy), its first and second derivative d/du, and the length of the segments.
+
+    Parameters
+    ----------
+    rows : (k,) measured points
+    location : (k,) their locations
+
+    Returns
+    -------
+    r, r1, r2 : (k, 2) float
+    length : (k,) float, in units of u
+    """
+    observed, curves = prepared.network.curve_observations, prepared.curves
+    image, curve = observed.image[rows], observed.curve[rows]
+    segment, t = curves.locate(curve, location)
+    local = state.coefficients[curves.columns[segment]]
+    rotation = state.rotation[image]
+    frame = []
+    for order in range(3):
+        vector = np.matmul(curves.weights(segment, t, order)[:, None, :], local)[:, 0]
+        if order == 0:
+            vector = vector - state.position[image]
+        frame.append(np.matmul(vector[:, None, :], rotation)[:, 0])
+    c = prepared.principal_distance[image][:, None]
+    p, p1, p2 = frame
+    w, w1, w2 = p[:, 2:], p1[:, 2:], p2[:, 2:]
+    xy = -c * p[:, :2] / w
+    first = -c * (p1[:, :2] + xy * w1 / c) / w
+    second = -c * (p2[:, :2] + xy * w2 / c) / w - 2.0 * first * w1 / w
+    whitening = prepared.curve_rays.whitening[rows]
+    r = np.matmul(whitening, (xy - prepared.curve_rays.xy[rows])[:, :, None])[:, :, 0]
+    r1 = np.matmul(whitening, first[:, :, None])[:, :, 0]
+    r2 = np.matmul(whitening, second[:, :, None])[:, :, 0]
+    return r, r1, r2, curves.length[segment]
+
+
+def search_locations(prepared: Prepared, state: State) -> State:
+    """Foot points searched globally: the nearest sample of the projected curve, refined; never worse than before."""
+    observed = prepared.network.curve_observations
+    if not len(observed):
+        return state
+    start = replace(state, location=_nearest_samples(prepared, state))
+    found = refine_locations(prepared, start)
+    known = np.isfinite(state.location)
+    if not known.any():
+        return found
+    before = replace(state, location=np.where(known, state.location, found.location))
+    better = squared_distance(prepared, found) < squared_distance(prepared, before) * (1.0 - 1e-9)
+    return replace(state, location=np.where(better | ~known, found.location, before.location))
+
+
+def squared_distance(prepared: Prepared, state: State) -> FloatArray:
+    """Whitened squared distance of every measured point to its curve point, (n,); inf behind a camera."""
+    observed = prepared.network.curve_observations
+    xyz = prepared.curves.evaluate(state.coefficients, observed.curve, state.location)[0]
+    image = observed.image
+    xy = project(prepared.principal_distance[image], state.rotation[image], state.position[image], xyz)
+    r = np.matmul(prepared.curve_rays.whitening, (xy - prepared.curve_rays.xy)[:, :, None])[:, :, 0]
+    return np.where(np.isfinite(r).all(axis=1), np.sum(r * r, axis=1), np.inf)
+
+
+def _nearest_samples(prepared: Prepared, state: State) -> FloatArray:
+    """Parameter of the nearest sample of the projected curve, (n,)."""
+    observed, curves = prepared.network.curve_observations, prepared.curves
+    low, high = location_bounds(prepared)
+    steps = (np.arange(SAMPLES_PER_SEGMENT) + 0.5) / SAMPLES_PER_SEGMENT
+    sample_u = (curves.left[:, None] + steps * curves.length[:, None]).ravel()
+    sample_curve = np.repeat(
+        np.repeat(np.arange(len(curves.bases)), np.diff(curves.segment_start)), SAMPLES_PER_SEGMENT
+    )
+    sample_xyz = curves.evaluate(state.coefficients, sample_curve, sample_u)[0]
+    starts = curves.segment_start * SAMPLES_PER_SEGMENT
+    groups = RowGroups.of(observed.image * len(curves.bases) + observed.curve)
+    pair_image, pair_curve = observed.image[groups.representative], observed.curve[groups.representative]
+    location = np.zeros(len(observed) + 1)
+    measured = np.concatenate([prepared.curve_rays.xy, np.zeros((1, 2))])
+    bounds_low, bounds_high = np.append(low, -np.inf), np.append(high, np.inf)
+    widest = int(np.diff(starts).max(initial=1))
+    for chosen, rows in groups.batches(2 * widest):
+        image, curve = pair_image[chosen], pair_curve[chosen]
+        counts = starts[curve + 1] - starts[curve]
+        place = np.minimum(np.arange(counts.max()), counts[:, None] - 1) + starts[curve][:, None]
+        xyz = sample_xyz[place].reshape(-1, 3)
+        repeated = np.repeat(image, place.shape[1])
+        xy = project(
+            prepared.principal_distance[repeated], state.rotation[repeated], state.position[repeated], xyz
+        ).reshape(*place.shape, 2)
+        u = sample_u[place]
+        distance = (measured[rows][:, :, None, 0] - xy[:, None, :, 0]) ** 2
+        distance += (measured[rows][:, :, None, 1] - xy[:, None, :, 1]) ** 2
+        allowed = (u[:, None, :] >= bounds_low[rows][:, :, None]) & (
+            u[:, None, :] <= bounds_high[rows][:, :, None]
+        )
+        distance = np.where(allowed & np.isfinite(distance), distance, np.inf)
+        nearest = np.argmin(distance, axis=2)
+        location[rows] = np.take_along_axis(u, nearest, axis=1)
+    return location[:-1]

@@ -1,0 +1,1 @@
+"""What the adjusted network is worth: dispersion, tests, redundancy, checks."""

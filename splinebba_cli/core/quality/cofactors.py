@@ -1,0 +1,86 @@
+"""Cofactors of the unknowns from the selected inverse: images, curve windows, points.
+
+Whitened units: Q = (A'PA)^-1 with P = 1/sigma^2, so that dispersion = sigma0^2 Q.  With M_a = H^-1 W_a' of image
+point a of an object point (elimination.py),
+
+    Q_ix = -sum_b Q_i,b M_b',      Q_xx = H^-1 + sum_a,b M_a Q_ab M_b'
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from splinebba_cli.core.estimation.gauss_markov import Solution
+from splinebba_cli.core.estimation.normal_equations import Assembler
+from splinebba_cli.core.estimation.parameters import ORIENTATION_SIZE
+from splinebba_cli.core.estimation.window_map import WindowMap
+from splinebba_cli.core.network import FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class PointCofactors:
+    """Cofactors that belong to object points."""
+
+    own: FloatArray  # (n, 3, 3) Q_xx
+    with_image: FloatArray  # (n_obs, 6, 3) Q_ix of every image point
+
+
+class Cofactors:
+    """Blocks of the inverse of the full normal matrix at the solution."""
+
+    def __init__(self, assembler: Assembler, solution: Solution) -> None:
+        if solution.factor is None or solution.eliminated is None:
+            raise ValueError("no factor: the estimation did not converge")
+        self.assembler = assembler
+        self.solution = solution
+        self._mask = assembler.mask
+        inverse = solution.factor.selected_inverse()
+        self.values: FloatArray = inverse.values
+
+    @cached_property
+    def images(self) -> FloatArray:
+        """Q of (theta, X0) of every image, (m, 6, 6), removed unknowns zero."""
+        layout, structure = self.assembler.layout, self.assembler.structure
+        nodes = np.arange(layout.image_count)
+        place = structure.offsets[structure.find(nodes, nodes)][:, None] + np.arange(ORIENTATION_SIZE**2)
+        blocks = self.values[place].reshape(-1, ORIENTATION_SIZE, ORIENTATION_SIZE)
+        mask = layout.image_mask
+        return blocks * mask[:, :, None] * mask[:, None, :]
+
+    def coefficient_windows(self, columns: IntArray) -> FloatArray:
+        """Q of the coefficients under windows (G, w), (G, 3 w, 3 w); pairs must lie in the pattern."""
+        window = WindowMap.of(self.assembler.structure, self.assembler.slots_of_columns(columns))
+        mask = self.assembler.layout.coefficient_mask[columns].reshape(len(columns), -1)
+        return window.gather(self.values) * mask[:, :, None] * mask[:, None, :]
+
+    @cached_property
+    def points(self) -> PointCofactors:
+        """Q of all points and of points with the images that see them."""
+        observed = self.assembler.prepared.network.point_observations
+        eliminated = self.solution.eliminated
+        if eliminated is None:
+            raise ValueError("no eliminated points")
+        mask = self.assembler.layout.point_mask
+        own = eliminated.inverse * mask[:, :, None] * mask[:, None, :]
+        with_image = np.zeros((len(observed), ORIENTATION_SIZE, 3))
+        pairs, pair_map = self.assembler.pairs, self.assembler.pair_window()
+        if not len(observed) or pair_map is None:
+            return PointCofactors(own, with_image)
+        back = np.matmul(own[observed.point], eliminated.coupling.transpose(0, 2, 1))  # M (n_obs, 3, 6)
+        blocks = self._image_pairs(pair_map)
+        reached = np.matmul(blocks, back[pairs.b].transpose(0, 2, 1))  # Q_ab M_b'
+        np.subtract.at(with_image, pairs.a, reached)
+        other = observed.image[pairs.a] != observed.image[pairs.b]
+        a, b = pairs.a[other], pairs.b[other]
+        np.subtract.at(with_image, b, np.matmul(blocks[other].transpose(0, 2, 1), back[a].transpose(0, 2, 1)))
+        np.subtract.at(own, observed.point, np.matmul(back, with_image))
+        return PointCofactors(own, with_image)
+
+    def _image_pairs(self, pair_map: WindowMap) -> FloatArray:
+        observed = self.assembler.prepared.network.point_observations
+        mask = self.assembler.layout.image_mask
+        a, b = observed.image[self.assembler.pairs.a], observed.image[self.assembler.pairs.b]
+        return pair_map.gather(self.values) * mask[a][:, :, None] * mask[b][:, None, :]

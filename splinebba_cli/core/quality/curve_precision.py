@@ -1,0 +1,96 @@
+"""Precision of adjusted curves: across them (datum-independent) and along them (datum-dependent).
+
+For a curve point, C_X = sum_jl N_j N_l C_jl (3 x 3); projected on the normal plane of X'(u) its two eigenvalues are
+the semi-axes squared of the lateral standard ellipse.  (theory, section 6)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinebba_cli.core.curves.curve_set import CurveSet
+from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.quality.cofactors import Cofactors
+
+SAMPLES = np.linspace(0.0, 1.0, 5)[:-1]
+
+
+@dataclass(frozen=True)
+class CurveSamples:
+    """Places along all curves with their precision."""
+
+    curve: IntArray  # (p,)
+    segment: IntArray  # (p,)
+    u: FloatArray  # (p,)
+    xyz: FloatArray  # (p, 3) local
+    tangent: FloatArray  # (p, 3) unit
+    dispersion: FloatArray  # (p, 3, 3)
+    across: FloatArray  # (p, 2) semi-axes, larger first, m
+    direction: FloatArray  # (p, 3) of the larger semi-axis
+    along: FloatArray  # (p,) sigma along the curve, m
+
+
+def sample_places(curves: CurveSet) -> tuple[IntArray, IntArray, FloatArray]:
+    """Curve, segment and t of the samples: the knots, three places between, and the end of open curves."""
+    segments = np.arange(len(curves.left))
+    curve_of = np.repeat(np.arange(len(curves.bases)), np.diff(curves.segment_start))
+    segment = np.repeat(segments, len(SAMPLES))
+    t = np.tile(SAMPLES, len(segments))
+    ends = curves.segment_start[1:][~curves.closed] - 1
+    segment, t = np.concatenate([segment, ends]), np.concatenate([t, np.ones(len(ends))])
+    order = np.lexsort((t, segment))
+    return curve_of[segment[order]], segment[order], t[order]
+
+
+def curve_samples(cofactors: Cofactors, scale: float) -> CurveSamples:
+    """Samples of all curves; dispersions multiplied by `scale` (the variance of unit weight)."""
+    curves = cofactors.assembler.prepared.curves
+    coefficients = cofactors.solution.state.coefficients
+    curve, segment, t = sample_places(curves)
+    if not len(segment):
+        none, plane = np.zeros(0, dtype=np.int64), np.zeros((0, 3))
+        return CurveSamples(
+            none, none, np.zeros(0), plane, plane, np.zeros((0, 3, 3)), np.zeros((0, 2)), plane, np.zeros(0)
+        )
+    local = coefficients[curves.columns[segment]]
+    weights = curves.weights(segment, t)
+    xyz = np.einsum("pw,pwd->pd", weights, local)
+    tangent = np.einsum("pw,pwd->pd", curves.weights(segment, t, 1), local)
+    norm = np.linalg.norm(tangent, axis=1)
+    tangent = np.where(
+        norm[:, None] > 0.0, tangent / np.where(norm > 0.0, norm, 1.0)[:, None], [0.0, 0.0, 1.0]
+    )
+    dispersion = window_dispersion(cofactors, curves, segment, weights) * scale
+    lateral = np.eye(3) - tangent[:, :, None] * tangent[:, None, :]
+    values, vectors = np.linalg.eigh(lateral @ dispersion @ lateral)
+    values = np.sqrt(np.maximum(values, 0.0))
+    along = np.einsum("pi,pij,pj->p", tangent, dispersion, tangent)
+    return CurveSamples(
+        curve, segment, curves.left[segment] + t * curves.length[segment], xyz, tangent, dispersion,
+        values[:, [2, 1]], vectors[:, :, 2], np.sqrt(np.maximum(along, 0.0)),
+    )  # fmt: skip
+
+
+def window_dispersion(
+    cofactors: Cofactors, curves: CurveSet, segment: IntArray, weights: FloatArray
+) -> FloatArray:
+    """Cofactors of sum_j N_j P_j at places of segments, (p, 3, 3)."""
+    distinct, inverse = np.unique(segment, return_inverse=True)
+    windows = cofactors.coefficient_windows(curves.columns[distinct])
+    support = curves.support
+    blocks = windows.reshape(len(distinct), support, 3, support, 3)[inverse]
+    return np.einsum("pj,pjakb,pk->pab", weights, blocks, weights, optimize=True)
+
+
+def segment_coefficients(cofactors: Cofactors, scale: float) -> tuple[FloatArray, FloatArray]:
+    """Lee's a, b, c of all segments for t in [0, 1] and their sigma, (S, 4, 3) each."""
+    curves = cofactors.assembler.prepared.curves
+    values = np.matmul(curves.power, cofactors.solution.state.coefficients[curves.columns])
+    if not len(curves.left):
+        return values, values
+    support = curves.support
+    blocks = cofactors.coefficient_windows(curves.columns).reshape(-1, support, 3, support, 3)
+    variance = np.einsum("skj,sjala,skl->ska", curves.power, blocks, curves.power, optimize=True)
+    return values, np.sqrt(np.maximum(variance * scale, 0.0))

@@ -1,0 +1,82 @@
+"""Results of every curve: values, knots, Lee's coefficients, precision across and along, residuals."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.quality.cofactors import Cofactors
+from splinebba_cli.core.quality.curve_precision import CurveSamples, segment_coefficients
+from splinebba_cli.core.result import CurveResult, ResidualTable, SegmentCoefficients
+
+
+def curve_results(
+    cofactors: Cofactors, samples: CurveSamples, residuals: ResidualTable, scale: float
+) -> tuple[CurveResult, ...]:
+    """One result a curve; positions in the user's frame, dispersions scaled."""
+    prepared = cofactors.assembler.prepared
+    network, curves = prepared.network, prepared.curves
+    coefficients, sigma = segment_coefficients(cofactors, scale)
+    coefficients = coefficients.copy()
+    coefficients[:, 0] += network.origin
+    observed = network.curve_observations
+    order = np.argsort(observed.curve, kind="stable")
+    bounds = np.searchsorted(observed.curve[order], np.arange(len(curves.bases) + 1))
+    sample_bounds = np.searchsorted(samples.curve, np.arange(len(curves.bases) + 1))
+    results = []
+    for k in range(len(curves.bases)):
+        rows = order[bounds[k] : bounds[k + 1]]
+        place = slice(int(sample_bounds[k]), int(sample_bounds[k + 1]))
+        segments = slice(int(curves.segment_start[k]), int(curves.segment_start[k + 1]))
+        pieces = SegmentCoefficients(_intervals(cofactors, k), coefficients[segments], sigma[segments])
+        results.append(_one(cofactors, k, samples, place, pieces, residuals, rows, scale))
+    return tuple(results)
+
+
+def _intervals(cofactors: Cofactors, curve: int) -> FloatArray:
+    breaks = cofactors.assembler.prepared.curves.bases[curve].break_points
+    return np.stack([breaks[:-1], breaks[1:]], axis=1)
+
+
+def _one(
+    cofactors: Cofactors, k: int, samples: CurveSamples, place: slice, pieces: SegmentCoefficients,
+    residuals: ResidualTable, rows: IntArray, scale: float,
+) -> CurveResult:  # fmt: skip
+    prepared = cofactors.assembler.prepared
+    network, curve, basis = prepared.network, prepared.network.curves[k], prepared.curves.bases[k]
+    start = int(prepared.curves.coefficient_start[k])
+    own = cofactors.solution.state.coefficients[start : start + basis.coefficient_count]
+    shift = np.where(basis.value_is_position[:, None], network.origin, 0.0)
+    at_knot = np.isin(samples.u[place], basis.break_points)
+    knot_dispersion = samples.dispersion[place][at_knot]
+    across = samples.across[place]
+    rms = float(np.sqrt(np.mean(residuals.across[rows] ** 2))) if len(rows) else float("nan")
+    reference = curve.values if curve.reference is None else curve.reference
+    return CurveResult(
+        values=basis.values_from_coefficients(own) + shift,
+        values_dispersion=_values_dispersion(cofactors, k) * scale,
+        knots=samples.xyz[place][at_knot] + network.origin,
+        knot_parameters=samples.u[place][at_knot],
+        knot_sigma=np.sqrt(np.maximum(np.einsum("kii->ki", knot_dispersion), 0.0)),
+        reference=reference + shift,
+        segments=pieces,
+        sample_u=samples.u[place],
+        sample_xyz=samples.xyz[place] + network.origin,
+        sample_across=across,
+        sample_across_direction=samples.direction[place],
+        sigma_across_max=float(across[:, 0].max(initial=0.0)),
+        sigma_across_mean=float(np.sqrt(np.mean(across**2))) if len(across) else 0.0,
+        rms_across_mm=rms,
+        n_observations=len(rows),
+        n_images=len(np.unique(network.curve_observations.image[rows])),
+        along_sigma=samples.along[place][at_knot],
+    )
+
+
+def _values_dispersion(cofactors: Cofactors, k: int) -> FloatArray:
+    """Cofactors of the user's values of a curve, (k, 3, 3)."""
+    prepared = cofactors.assembler.prepared
+    basis, start = prepared.curves.bases[k], int(prepared.curves.coefficient_start[k])
+    columns, weights = basis.value_columns + start, basis.value_weights
+    blocks = cofactors.coefficient_windows(columns).reshape(len(columns), columns.shape[1], 3, columns.shape[1], 3)
+    return np.einsum("kj,kjalb,kl->kab", weights, blocks, weights, optimize=True)

@@ -1,0 +1,110 @@
+"""Refuse what is no solution: singular, not converged, or determined on paper only.
+
+A position whose standard deviation reaches a fifth of its distance to the object, or an angle of a fifth of a
+radian, is outside of any linearisation: figures computed there mean nothing, and the direction is named instead.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
+from splinebba_cli.core.estimation.null_names import describe
+from splinebba_cli.core.estimation.rank_diagnosis import null_space
+from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.result import Problem
+from splinebba_cli.core.state import Prepared
+from splinebba_cli.errors import NotConvergedError, SingularNetworkError
+
+MEANINGLESS = 0.2
+
+
+def require_determined(prepared: Prepared, solved: ConditionedSolution) -> None:
+    """Check a joint solution.
+
+    Raises
+    ------
+    SingularNetworkError, NotConvergedError
+    """
+    solution = solved.solution
+    if solution.factor is None:
+        problems = _null_problems(prepared, solved)
+        if problems:
+            raise SingularNetworkError(problems)
+    if not solution.converged:
+        weak = _weak_images(prepared, solved)
+        raise NotConvergedError([_not_converged(solution.termination), *weak])
+    weak = _weak_images(prepared, solved)
+    if weak:
+        raise SingularNetworkError(weak)
+
+
+def _not_converged(termination: str) -> Problem:
+    return Problem(
+        "SBB502",
+        "error",
+        f"the adjustment did not converge: {termination}",
+        "adjustment",
+        "check approximate values and units; look for gross errors; raise adjustment.max_iterations",
+    )
+
+
+def _null_problems(prepared: Prepared, solved: ConditionedSolution) -> list[Problem]:
+    null = null_space(solved.assembler, solved.solution.linearization)
+    named = [describe(vector, solved.assembler.layout, prepared.network) for vector in null.vectors]
+    return list({(problem.code, problem.message): problem for problem in named}.values())
+
+
+def object_distance(prepared: Prepared, solved: ConditionedSolution) -> FloatArray:
+    """Mean distance of every image to what it sees, (m,) metres; NaN where it sees nothing."""
+    state, network = solved.solution.state, prepared.network
+    count = len(network.images.ids)
+    image: IntArray = np.concatenate([network.point_observations.image, network.curve_observations.image])
+    seen = state.xyz[network.point_observations.point]
+    on_curves = prepared.curves.evaluate(state.coefficients, network.curve_observations.curve, state.location)[0]
+    distance = np.linalg.norm(np.vstack([seen, on_curves]) - state.position[image], axis=1)
+    rays = np.bincount(image, minlength=count)
+    total = np.bincount(image, distance, minlength=count)
+    return np.where(rays > 0, total / np.maximum(rays, 1), np.nan)
+
+
+def _weak_images(prepared: Prepared, solved: ConditionedSolution) -> list[Problem]:
+    solution = solved.solution
+    if solution.factor is None:
+        return []
+    diagonal = solution.factor.selected_inverse().diagonal()[: solved.assembler.layout.image_mask.size]
+    sigma = np.sqrt(np.maximum(diagonal, 0.0)).reshape(-1, 6) * solved.assembler.layout.image_mask
+    distance = object_distance(prepared, solved)
+    problems = []
+    for image in np.flatnonzero(
+        (sigma[:, 3:].max(axis=1) > MEANINGLESS * distance) | (sigma[:, :3].max(axis=1) > MEANINGLESS)
+    ):
+        id_ = prepared.network.images.ids[image]
+        names = _inseparable(solved, int(image))
+        worst = float(sigma[image, 3:].max())
+        problems.append(
+            Problem(
+                "SBB522",
+                "error",
+                f"image `{id_}`: {names} are not separable by its measurements, σ of its position = {_length(worst)}",
+                f"image `{id_}`",
+                "measure more control or tie features in it, spread over the format and in height, "
+                "or give a prior orientation (GNSS/INS)",
+            )
+        )
+    return problems
+
+
+def _inseparable(solved: ConditionedSolution, image: int) -> str:
+    """Names of the two unknowns of an image with the highest correlation."""
+    factor = solved.solution.factor
+    assert factor is not None
+    block = np.asarray(factor.selected_inverse().blocks([image], [image]))[0]
+    root = np.sqrt(np.maximum(np.diag(block), 1e-300))
+    correlation = np.abs(block / np.outer(root, root))[:3, 3:]
+    angle, position = np.unravel_index(int(np.argmax(correlation)), correlation.shape)
+    return f"{('rotation about x', 'rotation about y', 'rotation about z')[angle]} and {('X₀', 'Y₀', 'Z₀')[position]}"
+
+
+def _length(metres: float) -> str:
+    return f"{metres / 1000:.3g} km" if metres >= 1000 else f"{metres:.3g} m"

@@ -1,0 +1,137 @@
+"""From the solution to the result: statistics, dispersion, residuals, curves, checks and problems."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from splinebba_cli.core.estimation.counts import count_equations
+from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
+from splinebba_cli.core.estimation.datum import DATUM_DEFECT
+from splinebba_cli.core.estimation.parameters import layout_of
+from splinebba_cli.core.network import FloatArray, Network
+from splinebba_cli.core.quality.check_features import check_points, check_splines
+from splinebba_cli.core.quality.cofactors import Cofactors
+from splinebba_cli.core.quality.curve_precision import curve_samples
+from splinebba_cli.core.quality.curve_results import curve_results
+from splinebba_cli.core.quality.findings import findings
+from splinebba_cli.core.quality.full_dispersion import dispersion_blocks
+from splinebba_cli.core.quality.global_test import global_test
+from splinebba_cli.core.quality.orientation_dispersion import eop_dispersion, eop_values
+from splinebba_cli.core.quality.redundancy import RedundancyNumbers, redundancy_numbers
+from splinebba_cli.core.quality.residual_tables import curve_table, point_table, prior_residuals
+from splinebba_cli.core.result import (
+    AdjustmentResult,
+    Checks,
+    ImageResult,
+    Iteration,
+    PointResult,
+    Problem,
+    Statistics,
+)
+from splinebba_cli.core.state import Prepared
+
+PURE_GAUGE = 1e-6  # redundancy below which a condition only fills a defect
+
+
+@dataclass(frozen=True)
+class Adjusted:
+    """What the estimation hands over."""
+
+    prepared: Prepared
+    solved: ConditionedSolution
+    problems: tuple[Problem, ...]
+    iterations: tuple[Iteration, ...]
+
+
+def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> AdjustmentResult:
+    """Everything that follows from a solution."""
+    prepared, solved = adjusted.prepared, adjusted.solved
+    network, solution = prepared.network, solved.solution
+    cofactors = Cofactors(solved.assembler, solution)
+    numbers = redundancy_numbers(cofactors)
+    statistics = _statistics(prepared, solved, numbers)
+    scale = dispersion_scale(network, statistics)
+    samples = curve_samples(cofactors, scale)
+    residuals = curve_table(prepared, solved, numbers)
+    curves = curve_results(cofactors, samples, residuals, scale)
+    state = solution.state
+    points = cofactors.points.own * scale
+    mean_across = np.array([curve.sigma_across_mean for curve in curves])
+    checks = Checks(check_points(network, state.xyz, points), check_splines(prepared, state, mean_across))
+    eop = eop_values(network.images, state.rotation, state.position)
+    eop[:, 3:] += network.origin
+    images = ImageResult(
+        eop=eop,
+        rotation=state.rotation,
+        dispersion=eop_dispersion(network.images, state.rotation, cofactors.images * scale),
+        estimated=solved.assembler.layout.image_mask > 0.0,
+    )
+    result = AdjustmentResult(
+        network=_with_knot_parameters(prepared),
+        converged=solution.converged,
+        termination=solution.termination,
+        iterations=adjusted.iterations,
+        statistics=statistics,
+        images=images,
+        curves=curves,
+        points=PointResult(
+            xyz=state.xyz + network.origin,
+            dispersion=points,
+            rays=np.bincount(network.point_observations.point, minlength=len(network.points.ids)),
+        ),
+        point_residuals=point_table(prepared, solved, numbers),
+        curve_residuals=residuals,
+        prior_residuals=prior_residuals(prepared, solved, numbers),
+        checks=checks,
+        problems=adjusted.problems,
+        dispersion=dispersion_blocks(cofactors, scale) if full_dispersion else None,
+    )
+    return replace(result, problems=(*adjusted.problems, *findings(result)))
+
+
+def dispersion_scale(network: Network, statistics: Statistics) -> float:
+    """Factor of the cofactors (which belong to weights 1/sigma^2)."""
+    if not network.settings.scale_dispersion or statistics.redundancy < 1:
+        return 1.0
+    return (statistics.sigma0 / statistics.sigma0_prior) ** 2
+
+
+def _statistics(prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers) -> Statistics:
+    settings, at = prepared.network.settings, solved.solution.linearization
+    assembler = solved.assembler
+    is_condition = assembler.coefficient_rows.component == 3
+    equations = count_equations(assembler, at)
+    locations = len(prepared.network.curve_observations) - len(solved.solution.held)
+    full = layout_of(prepared)
+    datum = DATUM_DEFECT if settings.datum == "minimal" else 0
+    unknowns = int(full.reduced_mask().sum() + full.point_mask.sum()) + locations
+    conditions = int(is_condition.sum()) + datum
+    redundancy = equations + conditions - unknowns
+    vtpv = at.cost * settings.sigma0_prior**2
+    sigma0 = float(np.sqrt(vtpv / redundancy)) if redundancy > 0 else float("nan")
+    condition_numbers: FloatArray = numbers.coefficient_rows[is_condition]
+    return Statistics(
+        observations=equations,
+        unknowns=unknowns,
+        conditions=conditions,
+        rank_defect=int((condition_numbers < PURE_GAUGE).sum()) + datum,
+        redundancy=redundancy,
+        sum_redundancy_numbers=numbers.total,
+        condition_redundancy=float(condition_numbers.sum()),
+        condition_cost=float(np.sum(at.coefficient_residual[is_condition] ** 2)) * settings.sigma0_prior**2,
+        vtpv=vtpv,
+        sigma0_prior=settings.sigma0_prior,
+        sigma0=sigma0,
+        global_test=global_test(vtpv, redundancy, settings.sigma0_prior, settings.alpha),
+    )
+
+
+def _with_knot_parameters(prepared: Prepared) -> Network:
+    """The network with the knot parameters of its curves written out: later values keep them."""
+    curves = tuple(
+        replace(curve, knot_parameters=basis.break_points.copy()) if curve.family == "natural_cubic" else curve
+        for curve, basis in zip(prepared.network.curves, prepared.curves.bases, strict=True)
+    )
+    return replace(prepared.network, curves=curves)

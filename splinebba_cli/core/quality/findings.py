@@ -1,0 +1,99 @@
+"""What a person should know about a finished adjustment, before the figures."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from splinebba_cli.core.result import AdjustmentResult, Problem
+
+LITTLE = 0.02  # share of the redundancy that conditions may take without a word
+WEAK_RATIO = 5.0  # larger over smaller lateral semi-axis, or over the median of the curve, that is worth a word
+
+
+def findings(result: AdjustmentResult) -> tuple[Problem, ...]:
+    """Problems and suggestions, errors first."""
+    found = [*_global(result), *_curves(result), *_correlations(result)]
+    rank = {"error": 0, "warning": 1, "info": 2}
+    return tuple(sorted(found, key=lambda problem: rank[problem.severity]))
+
+
+def _global(result: AdjustmentResult) -> list[Problem]:
+    statistics = result.statistics
+    found = []
+    test = statistics.global_test
+    if test is None:
+        found.append(
+            Problem(
+                "SBB530", "warning", "there is no redundancy: nothing is checked, the variance is the a-priori one",
+                "adjustment", "measure more features or give more control",
+            )  # fmt: skip
+        )
+    elif not test.passed:
+        small = test.statistic < test.lower
+        found.append(
+            Problem(
+                "SBB531",
+                "warning",
+                f"the global test fails: σ̂₀ = {statistics.sigma0:.4g} is too {'small' if small else 'large'} "
+                f"for σ₀ = {statistics.sigma0_prior:.4g}",
+                "adjustment",
+                "the given σ of the observations are too large"
+                if small
+                else "look at the largest residuals for gross errors; then at the model (distortion, knots too far "
+                "apart); then raise the σ of the observations",
+            )
+        )
+    share = statistics.condition_redundancy / max(statistics.redundancy, 1)
+    if share > LITTLE:
+        found.append(
+            Problem(
+                "SBB532", "info",
+                f"the gauge conditions take {statistics.condition_redundancy:.1f} of the redundancy "
+                f"of {statistics.redundancy} and {statistics.condition_cost:.3g} of v'Pv",
+                "adjustment", "use fewer knots where the measurements do not determine them",
+            )  # fmt: skip
+        )
+    return found
+
+
+def _curves(result: AdjustmentResult) -> list[Problem]:
+    found = []
+    for curve, network_curve in zip(result.curves, result.network.curves, strict=True):
+        if not len(curve.sample_across) or network_curve.role == "control":
+            continue
+        major = curve.sample_across[:, 0]
+        typical = float(np.median(curve.sample_across[:, 1]))
+        if typical <= 0.0:
+            continue
+        weak = major > WEAK_RATIO * typical
+        if weak.mean() > 0.05:
+            found.append(
+                Problem(
+                    "SBB533",
+                    "info",
+                    f"spline `{network_curve.id}`: {weak.mean():.0%} of its length is weak across the curve "
+                    f"(σ up to {major.max():.3g} m, elsewhere {typical:.2g} m)",
+                    f"spline `{network_curve.id}`",
+                    "the images see these parts from directions that lie in one plane with the curve: add images "
+                    "from another side, or do not use the weak direction",
+                )
+            )
+    return found
+
+
+def _correlations(result: AdjustmentResult) -> list[Problem]:
+    diagonal = np.sqrt(np.maximum(np.einsum("mii->mi", result.images.dispersion), 1e-300))
+    correlation = np.abs(result.images.dispersion / (diagonal[:, :, None] * diagonal[:, None, :]))
+    off = correlation * (1.0 - np.eye(6))
+    high = np.flatnonzero((off > 0.95).any(axis=(1, 2)))
+    if not len(high):
+        return []
+    names = ", ".join(f"`{result.network.images.ids[k]}`" for k in high[:6])
+    more = f" and {len(high) - 6} more" if len(high) > 6 else ""
+    return [
+        Problem(
+            "SBB534", "info",
+            f"orientation unknowns of image {names}{more} are correlated by more than 95 %",
+            "images", "usual for narrow angles over flat ground; positions and angles are good only together",
+        )  # fmt: skip
+    ]

@@ -1,0 +1,194 @@
+"""What an adjustment gives back: plain data, metres and radians in the user's object frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, Network
+
+Severity = Literal["error", "warning", "info"]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Something a person should know, before the figures: code, what, about whom, and what would cure it."""
+
+    code: str  # "SBB501"
+    severity: Severity
+    message: str
+    subject: str  # "image `762`", "spline `coast-3`", "adjustment"
+    help: str = ""
+
+
+@dataclass(frozen=True)
+class GlobalTest:
+    """Two-sided chi-square test of r sigma0^2 / sigma0_prior^2 (Lee 4.6)."""
+
+    statistic: float
+    lower: float
+    upper: float
+    alpha: float
+    passed: bool
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """Counts and variance of unit weight.  redundancy = observations + conditions - unknowns."""
+
+    observations: int  # scalar observations: image coordinates, control and prior equations
+    unknowns: int  # locations included
+    conditions: int  # gauge and datum conditions
+    rank_defect: int  # of the measurements and priors alone
+    redundancy: int
+    sum_redundancy_numbers: float  # equals redundancy: a built-in check
+    condition_redundancy: float  # part of the redundancy numbers that belongs to the conditions
+    condition_cost: float  # part of v'Pv that the conditions take
+    vtpv: float
+    sigma0_prior: float
+    sigma0: float  # a posteriori; NaN when redundancy is 0
+    global_test: GlobalTest | None  # None when redundancy is 0
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """One line of the convergence log."""
+
+    stage: str  # "points", "curves", "joint"
+    number: int
+    cost: float  # v'Pv
+    step: float  # largest step in units of the predicted sigma
+    damping: float
+
+
+@dataclass(frozen=True)
+class ImageResult:
+    """Adjusted exterior orientations; order omega, phi, kappa, X0, Y0, Z0 (rad, m)."""
+
+    eop: FloatArray  # (m, 6) user frame
+    rotation: FloatArray  # (m, 3, 3)
+    dispersion: FloatArray  # (m, 6, 6), of eop; zero rows where fixed
+    estimated: BoolArray  # (m, 6)
+
+
+@dataclass(frozen=True)
+class SegmentCoefficients:
+    """Lee's a, b, c of every segment for t in [0, 1]."""
+
+    interval: FloatArray  # (s, 2) knot parameters
+    coefficients: FloatArray  # (s, 4, 3): power, coordinate
+    sigma: FloatArray  # (s, 4, 3)
+
+
+@dataclass(frozen=True)
+class CurveResult:
+    """One adjusted curve."""
+
+    values: FloatArray  # (k, 3) knots (or the family's values), user frame
+    values_dispersion: FloatArray  # (k, 3, 3) of each value
+    knots: FloatArray  # (q, 3) the curve at its knot parameters
+    knot_parameters: FloatArray  # (q,)
+    knot_sigma: FloatArray  # (q, 3)
+    reference: FloatArray  # (k, 3) reference values of the gauge conditions, user frame
+    segments: SegmentCoefficients
+    sample_u: FloatArray  # (p,) samples along the curve for figures and precision
+    sample_xyz: FloatArray  # (p, 3) user frame
+    sample_across: FloatArray  # (p, 2) semi-axes of the lateral standard ellipse, m, larger first
+    sample_across_direction: FloatArray  # (p, 3) unit direction of the larger semi-axis, object frame
+    sigma_across_max: float
+    sigma_across_mean: float
+    rms_across_mm: float  # residuals across the curve, photo
+    n_observations: int
+    n_images: int
+    along_sigma: FloatArray  # (q,) sigma of the knots along the curve: datum-dependent
+
+
+@dataclass(frozen=True)
+class PointResult:
+    """Adjusted object points."""
+
+    xyz: FloatArray  # (n, 3) user frame
+    dispersion: FloatArray  # (n, 3, 3)
+    rays: IntArray  # (n,)
+
+
+@dataclass(frozen=True)
+class ResidualTable:
+    """Residuals v = adjusted - measured of image points, mm in the measured photo frame, one row an image point."""
+
+    residual: FloatArray  # (n, 2)
+    across: FloatArray  # (n,) residual across the curve (points: NaN)
+    redundancy: (
+        FloatArray  # (n, 2) redundancy numbers in x and y (curves: across in the first, 0 in the second)
+    )
+    standardized: FloatArray  # (n, 2) v / (sigma0_prior sqrt(q_vv)); curves: across first, NaN second
+    location: FloatArray  # (n,) u (points: NaN)
+    normal: FloatArray  # (n, 2) unit normal of the projected curve (points: NaN)
+
+
+@dataclass(frozen=True)
+class PriorResidual:
+    """Residual of one control coordinate or prior equation."""
+
+    kind: str  # "control point", "control spline", "eop prior", "gauge", "datum"
+    subject: str  # id
+    component: str  # "x", "omega", "knot 3 z"
+    residual: float  # adjusted - given; m or rad
+    sigma: float
+    redundancy: float
+
+
+@dataclass(frozen=True)
+class CheckPoint:
+    """Difference adjusted - given of a check point."""
+
+    id: str
+    difference: FloatArray  # (3,)
+    sigma: FloatArray  # (3,) predicted sigma of the difference
+    normalized: float  # sqrt(d' Q^-1 d / 3)
+
+
+@dataclass(frozen=True)
+class CheckSpline:
+    """Distance across, adjusted curve to the given shape, at the given points."""
+
+    id: str
+    distance: FloatArray  # (q,) signed 0.. distance normal to the curve, m
+    rms: float
+    largest: float
+    sigma_mean: float
+
+
+@dataclass(frozen=True)
+class Checks:
+    points: tuple[CheckPoint, ...] = ()
+    splines: tuple[CheckSpline, ...] = ()
+
+
+@dataclass(frozen=True)
+class DispersionBlocks:
+    """Covariances of the parameters that people use, with names of rows."""
+
+    names: tuple[str, ...]  # (N,) "image 762 omega", ... in units of `unit`
+    matrix: FloatArray | None  # (N, N) full, only on request
+
+
+@dataclass(frozen=True)
+class AdjustmentResult:
+    """Everything that an adjustment found."""
+
+    network: Network  # as adjusted: knots may have been re-spaced, inserted or dropped
+    converged: bool
+    termination: str  # "step negligible", ...
+    iterations: tuple[Iteration, ...]
+    statistics: Statistics
+    images: ImageResult
+    curves: tuple[CurveResult, ...]
+    points: PointResult
+    point_residuals: ResidualTable
+    curve_residuals: ResidualTable
+    prior_residuals: tuple[PriorResidual, ...]
+    checks: Checks
+    problems: tuple[Problem, ...]
+    dispersion: DispersionBlocks | None = None
+    timings: dict[str, float] = field(default_factory=dict)

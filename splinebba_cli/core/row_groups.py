@@ -1,0 +1,61 @@
+"""Rows of a table sorted into groups, and batches of groups padded to equal length."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinebba_cli.core.network import FloatArray, IntArray
+
+CHUNK_ENTRIES = 2_000_000
+
+
+@dataclass(frozen=True)
+class RowGroups:
+    """Rows sorted into groups; the row number `count_rows` stands for a zero row (padding)."""
+
+    representative: IntArray  # (G,) one row of every group
+    order: IntArray  # (k,) rows, group by group
+    starts: IntArray  # (G + 1,)
+
+    @classmethod
+    def of(cls, keys: IntArray) -> RowGroups:
+        """Group rows by key, (k,)."""
+        order = np.argsort(keys, kind="stable")
+        ordered = keys[order]
+        first = (
+            np.flatnonzero(np.concatenate([[True], ordered[1:] != ordered[:-1]]))
+            if len(keys)
+            else np.zeros(0, int)
+        )
+        return cls(order[first], order, np.concatenate([first, [len(keys)]]).astype(np.int64))
+
+    def batches(self, row_entries: int) -> Iterator[tuple[IntArray, IntArray]]:
+        """Groups of similar length with their padded rows: (groups (g,), rows (g, L)); padding is row k."""
+        counts = np.diff(self.starts)
+        by_count = np.argsort(counts, kind="stable")
+        position = 0
+        while position < len(by_count):
+            shortest = counts[by_count[position]]
+            limit = int(np.searchsorted(counts[by_count], shortest + max(1, shortest // 4), side="right"))
+            longest = int(counts[by_count[limit - 1]])
+            limit = min(limit, position + max(1, CHUNK_ENTRIES // max(1, longest * row_entries)))
+            groups = by_count[position:limit]
+            longest = int(counts[groups].max())
+            place = self.starts[groups][:, None] + np.arange(longest)
+            inside = np.arange(longest) < counts[groups][:, None]
+            rows = np.where(inside, self.order[np.minimum(place, len(self.order) - 1)], len(self.order))
+            yield groups, rows
+            position = limit
+
+    def gram(self, rows: FloatArray) -> FloatArray:
+        """J'J of every group of rows J (k, p), (G, p, p)."""
+        width = rows.shape[1]
+        padded = np.concatenate([rows, np.zeros((1, width))])
+        out = np.empty((len(self.starts) - 1, width, width))
+        for groups, members in self.batches(width):
+            block = padded[members]
+            out[groups] = np.matmul(block.transpose(0, 2, 1), block)
+        return out

@@ -1,0 +1,81 @@
+"""The values that the adjustment improves, and the prepared form of a network."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinebba_cli.core.camera.distortion import corrected_photo_xy
+from splinebba_cli.core.curves.curve_set import CurveSet
+from splinebba_cli.core.curves.registry import basis_of
+from splinebba_cli.core.network import FloatArray, IntArray, Network
+
+
+@dataclass(frozen=True)
+class State:
+    """Current values of all unknowns."""
+
+    rotation: FloatArray  # (m, 3, 3) object from photo
+    position: FloatArray  # (m, 3) metres
+    coefficients: FloatArray  # (C, 3) metres
+    xyz: FloatArray  # (n, 3) metres
+    location: FloatArray  # (n_curve_observations,) u
+
+
+@dataclass(frozen=True)
+class ImageRays:
+    """Image points freed of interior orientation, with their whitening.
+
+    ``whitening`` W turns a residual of corrected coordinates into measured residuals over their sigma:
+    W = diag(1/sigma) (d corrected / d measured)^-1.
+    """
+
+    xy: FloatArray  # (n, 2) mm, corrected
+    whitening: FloatArray  # (n, 2, 2) 1/mm
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A network with everything that does not change during the iterations."""
+
+    network: Network
+    curves: CurveSet
+    principal_distance: FloatArray  # (m,) mm, per image
+    point_rays: ImageRays
+    curve_rays: ImageRays
+
+
+def prepare(network: Network) -> Prepared:
+    """Curve tables and corrected, whitened image points of a network."""
+    c = np.array([camera.principal_distance_mm for camera in network.cameras])
+    points, curves = network.point_observations, network.curve_observations
+    return Prepared(
+        network=network,
+        curves=CurveSet.of([basis_of(curve) for curve in network.curves]),
+        principal_distance=c[network.images.camera],
+        point_rays=_rays(network, points.image, points.photo_xy, points.sigma),
+        curve_rays=_rays(network, curves.image, curves.photo_xy, curves.sigma),
+    )
+
+
+def _rays(network: Network, image: IntArray, photo_xy: FloatArray, sigma: FloatArray) -> ImageRays:
+    camera_of = network.images.camera[image]
+    xy = np.empty_like(photo_xy)
+    whitening = np.empty((len(photo_xy), 2, 2))
+    for number, camera in enumerate(network.cameras):
+        rows = np.flatnonzero(camera_of == number)
+        if not len(rows):
+            continue
+        xy[rows], jacobian = corrected_photo_xy(camera, photo_xy[rows])
+        whitening[rows] = np.linalg.inv(jacobian) / sigma[rows][:, :, None]
+    return ImageRays(xy, whitening)
+
+
+def initial_coefficients(prepared: Prepared) -> FloatArray:
+    """Coefficients of the approximate curves, (C, 3)."""
+    parts = [
+        basis.coefficients_from_values(curve.values)
+        for basis, curve in zip(prepared.curves.bases, prepared.network.curves, strict=True)
+    ]
+    return np.vstack(parts) if parts else np.zeros((0, 3))

@@ -1,0 +1,174 @@
+"""Every way in which the program says no: exceptions, error codes, exit codes.
+
+This module imports nothing heavy, so that every layer and the start-up may import it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import IntEnum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from splinebba_cli.core.result import Problem
+    from splinebba_cli.project.diagnostics import Diagnostic
+
+
+class ExitCode(IntEnum):
+    """What the shell gets."""
+
+    DONE = 0  # done and accepted
+    NOT_ACCEPTED = 1  # adjusted, but an acceptance criterion of the project failed
+    INVALID = 2  # invalid project or usage
+    NOT_SOLVABLE = 3  # rank defect, no convergence
+    BUG = 70  # an error of the program itself
+
+
+ERROR_CODES: dict[str, str] = {
+    # 1xx: the text of the project file
+    "SBB101": "the file cannot be read",
+    "SBB102": "YAML syntax error",
+    "SBB103": "the file is not UTF-8",
+    "SBB104": "duplicate key",
+    "SBB105": "too many or too deep aliases",
+    "SBB106": "the project is not a mapping",
+    "SBB107": "merge keys or tags are not supported",
+    "SBB108": "a key is not a text",
+    # 2xx: the project against its schema
+    "SBB201": "unknown key",
+    "SBB202": "missing key",
+    "SBB203": "wrong type",
+    "SBB204": "value not allowed",
+    "SBB205": "value out of range",
+    "SBB206": "wrong shape",
+    "SBB207": "not a finite number",
+    "SBB208": "not available yet",
+    "SBB209": "contradictory keys",
+    # 3xx: references between the parts, and their meaning
+    "SBB301": "reference to an unknown id",
+    "SBB302": "duplicate id",
+    "SBB303": "image without observations",
+    "SBB304": "tie feature seen by fewer than two images",
+    "SBB305": "segment without measurements",
+    "SBB306": "coordinates implausibly far apart",
+    "SBB307": "too few knots",
+    "SBB308": "control without coordinates",
+    "SBB309": "sigma is not positive",
+    "SBB310": "feature without observations",
+    "SBB311": "held knot or segment does not exist",
+    "SBB312": "approximate shape missing",
+    "SBB313": "measurement outside of the image",
+    "SBB314": "prior without a value",
+    "SBB315": "image without any way to an approximate orientation",
+    "SBB316": "control feature without an error to adjust and without observations",
+    # 4xx: tables
+    "SBB401": "table not found or unreadable",
+    "SBB402": "missing or unknown column",
+    "SBB403": "bad value in a table",
+    "SBB404": "wrong number of fields in a row",
+    "SBB405": "empty table",
+    "SBB406": "table format not supported",
+    # 5xx: adjustment
+    "SBB501": "the network is singular",
+    "SBB502": "the adjustment did not converge",
+    "SBB503": "no approximate values",
+    "SBB504": "point intersected at a small angle",
+    "SBB505": "approximate values put features behind the images",
+    "SBB510": "acceptance criterion failed",
+    "SBB520": "spline not determined",
+    "SBB521": "point not determined",
+    "SBB522": "orientation not determined",
+    "SBB523": "datum not determined",
+    "SBB524": "unknowns not determined",
+    "SBB530": "no redundancy",
+    "SBB531": "the global test fails",
+    "SBB532": "gauge conditions take part of the redundancy",
+    "SBB533": "spline weak across itself",
+    "SBB534": "orientation unknowns highly correlated",
+    # 6xx: output
+    "SBB601": "results cannot be written",
+    "SBB602": "not a result folder",
+    "SBB603": "the folder exists",
+    # 9xx: the program
+    "SBB900": "usage",
+    "SBB970": "unexpected error inside the program",
+}
+
+
+class SplinebbaError(Exception):
+    """Base of all expected errors.
+
+    Parameters
+    ----------
+    code : str
+        A key of :data:`ERROR_CODES`.
+    message : str
+        What is wrong, in the user's words.
+    help : str
+        What would cure it; may be empty.
+    """
+
+    exit_code: ExitCode = ExitCode.INVALID
+
+    def __init__(self, code: str, message: str, help: str = "") -> None:
+        super().__init__(message)
+        self.code = code
+        self.message = message
+        self.help = help
+
+    def __str__(self) -> str:
+        return f"{self.code}: {self.message}"
+
+
+class UsageError(SplinebbaError):
+    """The command was called in a way that makes no sense."""
+
+
+class OutputError(SplinebbaError):
+    """Results cannot be written or read."""
+
+
+class ProjectError(SplinebbaError):
+    """The project is invalid; carries every diagnostic, in the order of the file."""
+
+    def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
+        self.diagnostics: tuple[Diagnostic, ...] = tuple(diagnostics)
+        errors = [d for d in self.diagnostics if d.severity == "error"]
+        first = errors[0] if errors else None
+        more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
+        message = f"{first.message}{more}" if first else "invalid project"
+        super().__init__(first.code if first else "SBB203", message, first.help if first else "")
+
+
+class NotSolvableError(SplinebbaError):
+    """The adjustment has no solution worth reporting.
+
+    Parameters
+    ----------
+    problems : sequence of Problem
+        The diagnosis: what is undetermined or does not converge, and what would cure it.
+    message : str
+        One line for the console; by default the message of the first problem.
+    """
+
+    exit_code = ExitCode.NOT_SOLVABLE
+    default_code = "SBB501"
+
+    def __init__(self, problems: Sequence[Problem] = (), message: str = "") -> None:
+        self.problems: tuple[Problem, ...] = tuple(problems)
+        first = self.problems[0] if self.problems else None
+        super().__init__(
+            first.code if first else self.default_code,
+            message or (first.message if first else ERROR_CODES[self.default_code]),
+            first.help if first else "",
+        )
+
+
+class SingularNetworkError(NotSolvableError):
+    """Some unknowns are not determined by observations, priors and conditions."""
+
+
+class NotConvergedError(NotSolvableError):
+    """The iterations ended without a negligible step."""
+
+    default_code = "SBB502"

@@ -1,0 +1,1 @@
+"""Result folders: JSON, tables, dispersion, written atomically."""

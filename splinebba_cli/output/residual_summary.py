@@ -1,0 +1,108 @@
+"""Residuals in few numbers: count, root mean square and largest, per group, image and spline.
+
+    image points of points    per coordinate: rms = sqrt(Σ (v_x² + v_y²) / 2n), max = largest |v_x| or |v_y|
+    image points on splines   across the curve: rms = sqrt(Σ v_n² / n), max = largest |v_n|
+
+The along-curve part of an image point on a spline is taken up by its own location and says nothing.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.result import AdjustmentResult, PriorResidual
+from splinebba_cli.output.tables import ANGLES
+
+Summary = dict[str, Any]
+
+
+def residual_summary(result: AdjustmentResult) -> Summary:
+    """The ``residuals`` part of result.json: mm in the photo, and px where a pixel size is known."""
+    pixel = _pixel_sizes(result)
+    points, curves = result.network.point_observations, result.network.curve_observations
+    point_v, across = result.point_residuals.residual, result.curve_residuals.across[:, None]
+    point_pixel, curve_pixel = pixel[points.image], pixel[curves.image]
+    images = range(len(result.network.images.ids))
+    by_image = _per_index(point_v, point_pixel, points.image, len(images))
+    curves_by_image = _per_index(across, curve_pixel, curves.image, len(images))
+    by_curve = _per_index(across, curve_pixel, curves.curve, len(result.curves))
+    point_redundancy = float(np.nansum(result.point_residuals.redundancy))
+    curve_redundancy = float(np.nansum(result.curve_residuals.redundancy))
+    return {
+        "sign": "adjusted - measured",
+        "groups": [
+            {
+                "group": "points",
+                "coordinates": 2,
+                **_summary(point_v, point_pixel),
+                "redundancy": point_redundancy,
+            },
+            {
+                "group": "splines",
+                "coordinates": 1,
+                **_summary(across, curve_pixel),
+                "redundancy": curve_redundancy,
+            },
+        ],
+        "priors": _prior_groups(result.prior_residuals),
+        "images": [
+            {"id": result.network.images.ids[i], "points": by_image[i], "splines": curves_by_image[i]}
+            for i in images
+        ],
+        "splines": [
+            {"id": curve.id, **summary}
+            for curve, summary in zip(result.network.curves, by_curve, strict=True)
+        ],
+    }
+
+
+def _pixel_sizes(result: AdjustmentResult) -> FloatArray:
+    """Pixel size of every image in mm, NaN where unknown, (m,)."""
+    sizes = np.array([camera.pixel_size_mm or np.nan for camera in result.network.cameras], dtype=float)
+    return sizes[result.network.images.camera]
+
+
+def _summary(residual_mm: FloatArray, pixel_mm: FloatArray) -> Summary:
+    """Summary of residuals (n, 1 or 2) with the pixel size of each (n,)."""
+    if not residual_mm.size:
+        return {"n": 0, "rms_mm": None, "max_mm": None, "rms_px": None, "max_px": None}
+    pixels = residual_mm / pixel_mm[:, None]
+    return {
+        "n": len(residual_mm),
+        "rms_mm": float(np.sqrt(np.mean(residual_mm**2))),
+        "max_mm": float(np.max(np.abs(residual_mm))),
+        "rms_px": float(np.sqrt(np.mean(pixels**2))),
+        "max_px": float(np.max(np.abs(pixels))),
+    }
+
+
+def _per_index(residual_mm: FloatArray, pixel_mm: FloatArray, index: IntArray, count: int) -> list[Summary]:
+    """The summary of every image or spline: rows grouped by `index`."""
+    order = np.argsort(index, kind="stable")
+    bounds = np.searchsorted(index[order], np.arange(count + 1))
+    rows = [order[bounds[i] : bounds[i + 1]] for i in range(count)]
+    return [_summary(residual_mm[row], pixel_mm[row]) for row in rows]
+
+
+def _prior_groups(priors: tuple[PriorResidual, ...]) -> list[Summary]:
+    """Per kind and unit (degrees or metres), in order of appearance: count, rms, largest, redundancy."""
+    groups: dict[tuple[str, str], list[PriorResidual]] = {}
+    for prior in priors:
+        groups.setdefault((prior.kind, "deg" if prior.component in ANGLES else "m"), []).append(prior)
+    out = []
+    for (kind, unit), members in groups.items():
+        values = np.array([member.residual for member in members]) * (180.0 / np.pi if unit == "deg" else 1.0)
+        out.append(
+            {
+                "kind": kind,
+                "unit": unit,
+                "n": len(members),
+                "rms": float(np.sqrt(np.mean(values**2))),
+                "max": float(np.max(np.abs(values))),
+                "redundancy": float(np.sum([member.redundancy for member in members])),
+            }
+        )
+    return out

@@ -1,0 +1,128 @@
+"""The result folder: all files of one adjustment, replaced in one step."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Literal
+
+from splinebba_cli.core.result import AdjustmentResult
+from splinebba_cli.errors import OutputError
+from splinebba_cli.output.atomic import replace_directory
+from splinebba_cli.output.columns import TableFormat, write_table
+from splinebba_cli.output.dispersion_file import dispersion_arrays, write_dispersion
+from splinebba_cli.output.provenance import LoadedProject, provenance
+from splinebba_cli.output.result_json import load_result_json, result_json_text, result_to_dict
+from splinebba_cli.output.tables import all_tables
+
+DispersionChoice = Literal["full", "blocks", "none"]
+
+_OWN_FILES = frozenset({"result.json", "report.html", "report.txt", "dispersion.npz", "adjusted.yaml"})
+_OWN_TABLES = frozenset(
+    {
+        "exterior_orientation",
+        "points",
+        "spline_coefficients",
+        "spline_samples",
+        "spline_locations",
+        "residuals",
+        "prior_residuals",
+    }
+)
+
+
+def write_result_folder(
+    directory: Path,
+    result: AdjustmentResult,
+    *,
+    loaded: LoadedProject,
+    adjusted_files: Mapping[str, str],
+    dispersion: DispersionChoice = "blocks",
+    tables: TableFormat = "csv",
+    html: bool = True,
+    timings: Mapping[str, float] | None = None,
+) -> None:
+    """Write everything that `adjust` promises; the folder is the old one or the new one, never a mixture.
+
+    Parameters
+    ----------
+    directory : Path
+        Replaced as a whole if it is a result folder.  Files in it that are not the program's own are kept.
+    result : AdjustmentResult
+    loaded : LoadedProject
+        Name, file and input hashes of the project.
+    adjusted_files : mapping
+        File name → text: ``adjusted.yaml`` and the tables that it refers to; a name may hold subfolders.
+    dispersion : {"full", "blocks", "none"}
+        What ``dispersion.npz`` holds; "none" writes no such file.
+    tables : {"csv", "parquet"}
+    html : bool
+        Whether ``report.html`` is written beside ``report.txt``.
+    timings : mapping, optional
+        Seconds per stage, by default those of `result`.
+
+    Raises
+    ------
+    OutputError
+        SBB601, SBB602, SBB406: cannot be written, not a result folder, pyarrow missing.
+    """
+    from splinebba_cli.report.build import write_reports
+
+    with replace_directory(directory, is_result_folder) as folder:
+        origin = provenance(loaded, timings if timings is not None else result.timings)
+        content = result_to_dict(result, origin)
+        _write(folder / "result.json", result_json_text(content))
+        for table in all_tables(result):
+            write_table(folder, table, tables)
+        for name, text in adjusted_files.items():
+            _write(_inside(folder, name), text)
+        if dispersion != "none":
+            write_dispersion(folder / "dispersion.npz", dispersion_arrays(result, full=dispersion == "full"))
+        write_reports(folder, ["text", "html"] if html else ["text"])
+        _keep_foreign_files(directory, folder, set(adjusted_files))
+
+
+def is_result_folder(folder: Path) -> bool:
+    """Whether a folder holds results of this program."""
+    try:
+        load_result_json(folder)
+    except OutputError:
+        return False
+    return True
+
+
+def _inside(folder: Path, name: str) -> Path:
+    path = (folder / name).resolve()
+    if not path.is_relative_to(folder.resolve()):
+        raise ValueError(f"{name!r} is outside of the result folder")
+    return path
+
+
+def _write(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def _keep_foreign_files(old: Path, new: Path, written: set[str]) -> None:
+    """Take over what people have put into the old folder: notes, plots."""
+    if not old.is_dir():
+        return
+    own_tables = {f"{name}.{suffix}" for name in _OWN_TABLES for suffix in ("csv", "parquet")}
+    own = _OWN_FILES | own_tables | {name.split("/")[0] for name in written}
+    for entry in old.iterdir():
+        if entry.name in own or entry.name.startswith("adjusted"):
+            continue
+        if entry.is_dir() and not entry.is_symlink():
+            shutil.copytree(entry, new / entry.name, symlinks=True, copy_function=_link_or_copy)
+        else:
+            _link_or_copy(str(entry), str(new / entry.name))
+
+
+def _link_or_copy(source: str, target: str) -> str:
+    try:
+        os.link(source, target, follow_symlinks=False)
+    except OSError:
+        shutil.copy2(source, target, follow_symlinks=False)
+    return target

@@ -1,0 +1,194 @@
+"""The tables of a result folder: one function a table, units in the column names.
+
+Metres in the user's object frame, millimetres in the measured photo frame, degrees.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from splinebba_cli.core.network import FloatArray
+from splinebba_cli.core.result import AdjustmentResult
+from splinebba_cli.output.columns import Column, Table
+
+_PHOTO = "%.7f"  # mm: a tenth of a nanometre
+_RATIO = "%.6f"
+ANGLES = ("omega", "phi", "kappa")
+EOP_NAMES = ("omega", "phi", "kappa", "X0", "Y0", "Z0")
+
+
+def all_tables(result: AdjustmentResult) -> tuple[Table, ...]:
+    """Every table of the result folder, in the order of writing."""
+    return (
+        exterior_orientation_table(result),
+        points_table(result),
+        spline_coefficients_table(result),
+        spline_samples_table(result),
+        spline_locations_table(result),
+        residuals_table(result),
+        prior_residuals_table(result),
+    )
+
+
+def exterior_orientation_table(result: AdjustmentResult) -> Table:
+    """One row an image: perspective centre in metres, angles in degrees, their standard deviations."""
+    images = result.images
+    sigma = np.sqrt(np.maximum(np.einsum("mii->mi", images.dispersion), 0.0))
+    eop = images.eop
+    columns = [
+        Column("image", result.network.images.ids),
+        Column("camera", [result.network.cameras[c].id for c in result.network.images.camera]),
+        Column("rotation_sequence", result.network.images.sequence),
+    ]
+    columns += [Column(f"{name}_m", eop[:, 3 + i]) for i, name in enumerate("xyz")]
+    columns += [Column(f"{name}_deg", np.degrees(eop[:, i])) for i, name in enumerate(ANGLES)]
+    columns += [Column(f"sigma_{name}_m", sigma[:, 3 + i]) for i, name in enumerate("xyz")]
+    columns += [Column(f"sigma_{name}_deg", np.degrees(sigma[:, i])) for i, name in enumerate(ANGLES)]
+    return Table("exterior_orientation", tuple(columns))
+
+
+def points_table(result: AdjustmentResult) -> Table:
+    """One row an object point: coordinates, standard deviations, number of rays."""
+    points = result.points
+    sigma = np.sqrt(np.maximum(np.einsum("nii->ni", points.dispersion), 0.0))
+    columns = [Column("point", result.network.points.ids), Column("role", result.network.points.role)]
+    columns += [Column(f"{name}_m", points.xyz[:, i]) for i, name in enumerate("xyz")]
+    columns += [Column(f"sigma_{name}_m", sigma[:, i]) for i, name in enumerate("xyz")]
+    columns.append(Column("rays", points.rays))
+    return Table("points", tuple(columns))
+
+
+def spline_coefficients_table(result: AdjustmentResult) -> Table:
+    """One row a segment: X = a0 + a1 t + a2 t² + a3 t³, Y with b, Z with c; t in [0, 1] over the interval."""
+    curves = result.curves
+    counts = [len(curve.segments.interval) for curve in curves]
+    columns = [
+        Column("spline", _repeated([curve.id for curve in result.network.curves], counts)),
+        Column("segment", np.array([i for n in counts for i in range(n)], dtype=np.int64)),
+    ]
+    interval = _stacked([curve.segments.interval for curve in curves], (2,))
+    coefficients = _stacked([curve.segments.coefficients for curve in curves], (4, 3))
+    sigma = _stacked([curve.segments.sigma for curve in curves], (4, 3))
+    columns += [Column("u_start", interval[:, 0]), Column("u_end", interval[:, 1])]
+    for prefix, values in (("", coefficients), ("sigma_", sigma)):
+        for axis, letter in enumerate("abc"):
+            columns += [Column(f"{prefix}{letter}{power}_m", values[:, power, axis]) for power in range(4)]
+    return Table("spline_coefficients", tuple(columns))
+
+
+def spline_samples_table(result: AdjustmentResult) -> Table:
+    """Points along every spline with the standard ellipse across it: for plots of precision."""
+    curves = result.curves
+    xyz = _stacked([curve.sample_xyz for curve in curves], (3,))
+    across = _stacked([curve.sample_across for curve in curves], (2,))
+    direction = _stacked([curve.sample_across_direction for curve in curves], (3,))
+    columns = [
+        Column("spline", _repeated([c.id for c in result.network.curves], [len(c.sample_u) for c in curves])),
+        Column("u", _stacked([curve.sample_u for curve in curves], ()), "%.9g"),
+    ]
+    columns += [Column(f"{name}_m", xyz[:, i], "%.6f") for i, name in enumerate("xyz")]
+    columns += [
+        Column("sigma_across_major_m", across[:, 0], "%.6g"),
+        Column("sigma_across_minor_m", across[:, 1], "%.6g"),
+    ]
+    columns += [Column(f"major_direction_{name}", direction[:, i], _RATIO) for i, name in enumerate("xyz")]
+    return Table("spline_samples", tuple(columns))
+
+
+def spline_locations_table(result: AdjustmentResult) -> Table:
+    """One row an image point on a spline: its location u, segment, t in [0, 1], place in the object."""
+    observations = result.network.curve_observations
+    location = result.curve_residuals.location
+    segment = np.full(len(observations), -1, dtype=np.int64)
+    t = np.full(len(observations), np.nan)
+    xyz = np.full((len(observations), 3), np.nan)
+    order = np.argsort(observations.curve, kind="stable")
+    bounds = np.searchsorted(observations.curve[order], np.arange(len(result.curves) + 1))
+    for number, curve in enumerate(result.curves):
+        rows = order[bounds[number] : bounds[number + 1]]
+        interval = curve.segments.interval
+        if len(rows) and len(interval):
+            index = np.clip(
+                np.searchsorted(interval[:, 0], location[rows], side="right") - 1, 0, len(interval) - 1
+            )
+            start, end = interval[index, 0], interval[index, 1]
+            segment[rows], t[rows] = index, (location[rows] - start) / (end - start)
+            powers = t[rows, None] ** np.arange(4)
+            xyz[rows] = np.einsum("np,npc->nc", powers, curve.segments.coefficients[index])
+    image_ids, curve_ids = result.network.images.ids, [curve.id for curve in result.network.curves]
+    columns = [
+        Column("image", [image_ids[i] for i in observations.image]),
+        Column("spline", [curve_ids[i] for i in observations.curve]),
+        Column("measured_x_mm", observations.photo_xy[:, 0], _PHOTO),
+        Column("measured_y_mm", observations.photo_xy[:, 1], _PHOTO),
+        Column("u", location, "%.9g"),
+        Column("segment", segment),
+        Column("t", t, "%.9f"),
+    ]
+    columns += [Column(f"{name}_m", xyz[:, i], "%.6f") for i, name in enumerate("xyz")]
+    return Table("spline_locations", tuple(columns))
+
+
+def residuals_table(result: AdjustmentResult) -> Table:
+    """One row an image point, points first: v = adjusted - measured; splines are tested across only."""
+    network = result.network
+    points, curves = network.point_observations, network.curve_observations
+    n = len(points)
+    curve_ids = [curve.id for curve in network.curves]
+    features = [network.points.ids[i] for i in points.point] + [curve_ids[i] for i in curves.curve]
+    images = [network.images.ids[i] for i in points.image] + [network.images.ids[i] for i in curves.image]
+    both = (result.point_residuals, result.curve_residuals)
+    redundancy = np.concatenate([both[0].redundancy, both[1].redundancy])
+    standardized = np.concatenate([both[0].standardized, both[1].standardized])
+    residual = np.concatenate([both[0].residual, both[1].residual])
+    normal = np.concatenate([both[0].normal, both[1].normal])
+    measured = np.concatenate([points.photo_xy, curves.photo_xy])
+    sigma = np.concatenate([points.sigma, curves.sigma])
+    columns = [
+        Column("kind", ["point"] * n + ["spline"] * len(curves)),
+        Column("image", images),
+        Column("feature", features),
+    ]
+    for name, values in (("measured", measured), ("sigma", sigma), ("residual", residual)):
+        columns += [Column(f"{name}_{axis}_mm", values[:, i], _PHOTO) for i, axis in enumerate("xy")]
+    across = np.concatenate([np.full(n, np.nan), both[1].across])
+    columns.append(Column("residual_across_mm", across, _PHOTO))
+    for name, values in (("redundancy", redundancy), ("standardized", standardized)):
+        columns += [
+            Column(f"{name}_{axis}", _only(values[:, i], slice(n)), _RATIO) for i, axis in enumerate("xy")
+        ]
+        columns.append(Column(f"{name}_across", _only(values[:, 0], slice(n, None)), _RATIO))
+    columns += [Column(f"normal_{axis}", normal[:, i], _RATIO) for i, axis in enumerate("xy")]
+    return Table("residuals", tuple(columns))
+
+
+def prior_residuals_table(result: AdjustmentResult) -> Table:
+    """One row a control, prior, gauge or datum equation: adjusted - given; degrees or metres."""
+    priors = result.prior_residuals
+    angular = np.array([prior.component in ANGLES for prior in priors], dtype=bool)
+    factor = np.where(angular, 180.0 / np.pi, 1.0)
+    columns = (
+        Column("kind", [prior.kind for prior in priors]),
+        Column("subject", [prior.subject for prior in priors]),
+        Column("component", [prior.component for prior in priors]),
+        Column("unit", ["deg" if is_angle else "m" for is_angle in angular]),
+        Column("residual", factor * np.array([prior.residual for prior in priors], dtype=float)),
+        Column("sigma", factor * np.array([prior.sigma for prior in priors], dtype=float)),
+        Column("redundancy", np.array([prior.redundancy for prior in priors], dtype=float), _RATIO),
+    )
+    return Table("prior_residuals", columns)
+
+
+def _only(values: FloatArray, rows: slice) -> FloatArray:
+    """A copy that keeps `rows` and is NaN elsewhere."""
+    kept = np.full(len(values), np.nan)
+    kept[rows] = values[rows]
+    return kept
+
+
+def _repeated(names: list[str], counts: list[int]) -> list[str]:
+    return [name for name, count in zip(names, counts, strict=True) for _ in range(count)]
+
+
+def _stacked(arrays: list[FloatArray], shape: tuple[int, ...]) -> FloatArray:
+    return np.concatenate(arrays) if arrays else np.zeros((0, *shape))

@@ -1,0 +1,1 @@
+"""The user's project file: reading, validating, diagnosing, building the network."""

@@ -1,0 +1,153 @@
+"""The project with adjusted values as approximate values: adjusting it again changes nothing.
+
+Cameras, observations, acceptance and notes stay as the user wrote them.  Images, points and splines become
+tables: priors and given coordinates stay, approximate values are the adjusted ones, the reference values of
+the gauge conditions are kept, and the knots are final.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from splinebba_cli.core.network import Curve, FloatArray, Network
+from splinebba_cli.core.result import AdjustmentResult, CurveResult
+from splinebba_cli.project.build_curves import position_rows
+from splinebba_cli.project.loading import LoadedProject
+from splinebba_cli.project.network_tables import curve_tables, images_table, points_table
+from splinebba_cli.project.writer import spline_entry
+from splinebba_cli.project.yaml_writing import project_yaml
+
+PREFIX = "adjusted_"
+
+
+def adjusted_project(
+    loaded: LoadedProject, result: AdjustmentResult, directory: Path | None = None
+) -> dict[str, str]:
+    """Files (name to text) of the adjusted project, for the result folder.
+
+    Parameters
+    ----------
+    loaded : LoadedProject
+        The project that was adjusted.
+    result : AdjustmentResult
+    directory : Path, optional
+        The folder in which the files will lie: tables of observations are referred to from there; without it
+        by absolute paths.
+
+    Returns
+    -------
+    dict
+        ``adjusted.yaml`` and its tables ``adjusted_*.csv``.
+    """
+    network = adjusted_network(result)
+    unit = loaded.model.project.angle_unit or "deg"
+    written: dict[str, Any] = loaded.model.model_dump(mode="json", exclude_unset=True, by_alias=True)
+    info = {
+        **written["project"],
+        "angle_unit": unit,
+        "rotation_sequence": loaded.model.project.rotation_sequence or "omega-phi-kappa",
+        "local_origin": network.origin.tolist(),
+    }
+    data: dict[str, Any] = {
+        "version": written["version"],
+        "project": info,
+        "cameras": written["cameras"],
+        "images": {"table": f"{PREFIX}images.csv"},
+    }
+    files = {f"{PREFIX}images.csv": images_table(network, unit)}
+    if network.curves:
+        files |= {
+            f"{PREFIX}{key}.csv": text for key, text in curve_tables(network.curves, network.origin).items()
+        }
+        data["splines"] = [spline_entry(curve, PREFIX) for curve in network.curves]
+    if network.points.ids:
+        files[f"{PREFIX}points.csv"] = points_table(network)
+        data["points"] = {"table": f"{PREFIX}points.csv"}
+    data["observations"] = _observations(written.get("observations", {}), loaded, network, directory)
+    data["adjustment"] = {**written.get("adjustment", {}), "staged": False}
+    data["adjustment"].pop("knots", None)
+    for section in ("acceptance", "simulation"):
+        if section in written:
+            data[section] = written[section]
+    comment = "Adjusted values as approximate values; the knots are final."
+    files["adjusted.yaml"] = project_yaml(data, comment)
+    return files
+
+
+def adjusted_network(result: AdjustmentResult) -> Network:
+    """The network of a result with adjusted values as approximate values; priors and given values stay."""
+    network = result.network
+    images = replace(
+        network.images,
+        rotation=result.images.rotation,
+        position=result.images.eop[:, 3:] - network.origin,
+    )
+    roles = np.array([role == "check" for role in network.points.role], dtype=bool)[:, None]
+    given = np.isfinite(network.points.sigma) | roles
+    xyz = np.where(given, network.points.xyz, result.points.xyz - network.origin)
+    curves = tuple(
+        _adjusted_curve(curve, found, network.origin)
+        for curve, found in zip(network.curves, result.curves, strict=True)
+    )
+    return replace(network, images=images, points=replace(network.points, xyz=xyz), curves=curves)
+
+
+def _adjusted_curve(curve: Curve, found: CurveResult, origin: FloatArray) -> Curve:
+    """The curve with adjusted free values; natural splines keep the knot parameters of the adjustment."""
+    values, reference = found.values.copy(), found.reference.copy()
+    values[position_rows(curve)] -= origin
+    reference[position_rows(curve)] -= origin
+    interval = found.segments.interval
+    natural = curve.family == "natural_cubic"
+    parameters = np.append(interval[:, 0], interval[-1, 1]) if natural else None
+    return replace(
+        curve,
+        values=np.where(np.isfinite(curve.sigma), curve.values, values),
+        knot_parameters=parameters,
+        reference=None if curve.role == "control" else reference,
+    )
+
+
+def _observations(
+    written: dict[str, Any], loaded: LoadedProject, network: Network, directory: Path | None
+) -> dict[str, Any]:
+    """The groups of observations, their tables as seen from the result folder."""
+    moved: dict[str, Any] = {}
+    changed = _knots_changed(loaded.network, network)
+    for kind, groups in written.items():
+        moved[kind] = []
+        for group in groups:
+            group = dict(group)
+            if group.get("table"):
+                table = (loaded.path.parent / group["table"]).resolve()
+                group["table"] = str(table) if directory is None else _relative(table, directory)
+            if changed and kind == "spline_points":
+                group = _without_locations(group)
+            moved[kind].append(group)
+    return moved
+
+
+def _relative(table: Path, directory: Path) -> str:
+    try:
+        return Path(os.path.relpath(table, directory.resolve())).as_posix()
+    except ValueError:  # another drive
+        return str(table)
+
+
+def _knots_changed(before: Network, after: Network) -> bool:
+    return any(a.values.shape != b.values.shape for a, b in zip(before.curves, after.curves, strict=True))
+
+
+def _without_locations(group: dict[str, Any]) -> dict[str, Any]:
+    """Approximate locations and segments belong to the knots that were; without them they are found anew."""
+    columns = group.get("columns")
+    if isinstance(columns, list):
+        return {**group, "columns": ["-" if name in ("location", "segment") else name for name in columns]}
+    if isinstance(columns, dict):
+        return {**group, "columns": {k: v for k, v in columns.items() if k not in ("location", "segment")}}
+    return group

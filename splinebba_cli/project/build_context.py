@@ -1,0 +1,56 @@
+"""What the builders of the network share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.project.diagnostics import Collector, Place, listing, suggestion
+from splinebba_cli.project.model import Project
+from splinebba_cli.project.table_reader import TableReader
+from splinebba_cli.project.tables import Table
+from splinebba_cli.project.yaml_source import YamlSource
+
+
+@dataclass
+class Building:
+    """The model, where it stands, and where to complain."""
+
+    model: Project
+    source: YamlSource
+    reader: TableReader
+    collector: Collector
+
+    def duplicate(self, kind: str, id: str, place: Place, first_line: int | None) -> None:
+        """Report a second thing with the same id."""
+        help = f"first given in line {first_line}" if first_line else ""
+        self.collector.error("SBB302", f"{kind} `{id}` given twice", place, help, kind=f"{kind}s given twice")
+
+    def unknown(self, kind: str, id: str, place: Place, known: Iterable[str]) -> None:
+        """Report a reference to an id that is not declared."""
+        known = list(known)
+        help = suggestion(id, known) or (f"declared: {listing(known)}" if known else f"no {kind} is declared")
+        self.collector.error("SBB301", f"{kind} `{id}` is not declared", place, help, kind=f"unknown {kind}s")
+
+    def indices(self, kind: str, table: Table, column: str, known: dict[str, int]) -> IntArray:
+        """Indices of the ids in a column, (n,); -1 (and an error for each different one) where unknown.
+
+        A declared id that is of no use (an error was reported) has the index -2.
+        """
+        names = table.texts(column)
+        found = np.array([known.get(name, -1) for name in names], dtype=np.int64)
+        reported: set[str] = set()
+        for row in np.flatnonzero(found == -1):
+            name = names[row]
+            if name and name not in reported:
+                reported.add(name)
+                self.unknown(kind, name, table.place_of(int(row), column), known)
+        return found
+
+
+def stacked(parts: Sequence[FloatArray], width: int) -> FloatArray:
+    """Rows of several arrays under each other, (n, width), also where there is none."""
+    return np.concatenate(parts) if parts else np.empty((0, width))

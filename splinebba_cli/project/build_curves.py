@@ -1,0 +1,195 @@
+"""Splines and other linear features, in the user's frame."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from splinebba_cli.core.network import Curve, FloatArray, IntArray
+from splinebba_cli.project.build_context import Building
+from splinebba_cli.project.build_points import SIGMA_XYZ, XYZ, columns_of, sigma_columns
+from splinebba_cli.project.curve_checks import check_curve
+from splinebba_cli.project.diagnostics import Place
+from splinebba_cli.project.model_features import Spline, SplineTable
+from splinebba_cli.project.model_tables import NumberTable
+from splinebba_cli.project.table_reader import Wanted
+from splinebba_cli.project.tables import Table
+from splinebba_cli.project.yaml_source import YamlPath
+
+_MANY = Wanted(("spline", *XYZ), (*SIGMA_XYZ, "sigma"), {"id": "spline"})
+_ROWS = Wanted(XYZ, (*SIGMA_XYZ, "sigma", "spline"), {"id": "spline"})
+_DEFAULT = (*XYZ, *SIGMA_XYZ)
+
+
+@dataclass
+class CurveRows:
+    """Curves of all entries, in the user's frame."""
+
+    curves: list[Curve] = field(default_factory=list)
+    places: list[Place] = field(default_factory=list)
+
+    def index(self) -> dict[str, int]:
+        """Index of each id."""
+        return {curve.id: number for number, curve in enumerate(self.curves)}
+
+
+def position_rows(curve: Curve) -> slice:
+    """Rows of `values` that are positions: all knots, but only power 0 of a polynomial."""
+    return slice(None) if curve.family in ("natural_cubic", "straight_line") else slice(0, 1)
+
+
+def shifted(curve: Curve, offset: FloatArray) -> Curve:
+    """The curve moved by an offset, (3,) metres."""
+    rows = position_rows(curve)
+
+    def moved(values: FloatArray | None, rows: slice) -> FloatArray | None:
+        if values is None:
+            return None
+        out = values.copy()
+        out[rows] += offset
+        return out
+
+    values = moved(curve.values, rows)
+    assert values is not None
+    return replace(
+        curve,
+        values=values,
+        reference=moved(curve.reference, rows),
+        check_values=moved(curve.check_values, slice(None)),
+    )
+
+
+def read_curves(building: Building) -> CurveRows:
+    """All curves of the project, without duplicates, checked one by one."""
+    rows = CurveRows()
+    seen: dict[str, Place] = {}
+    for number, entry in enumerate(building.model.splines):
+        path = building.source.resolve(("splines", number))
+        if isinstance(entry, Spline):
+            _add_spline(entry, path, rows, seen, building)
+        else:
+            _add_table(entry, path, rows, seen, building)
+    return rows
+
+
+def _add_table(
+    entry: SplineTable, path: YamlPath, rows: CurveRows, seen: dict[str, Place], building: Building
+) -> None:
+    table = building.reader.read(entry, path, _MANY, ("spline", *XYZ))
+    if table is None:
+        return
+    values = columns_of(table, XYZ, optional=False)
+    sigma = sigma_columns(table, entry.sigma)
+    for id, taken in building.reader.rows_by(table, "spline").items():
+        place = table.place_of(int(taken[0]), "spline")
+        spline = Spline(
+            id=id or "?",
+            role=entry.role,
+            family=entry.family,
+            closed=entry.closed,
+            parameterization=entry.parameterization,
+        )
+        _add(spline, values[taken], sigma[taken], place, None, rows, seen, building)
+
+
+def _add_spline(
+    entry: Spline, path: YamlPath, rows: CurveRows, seen: dict[str, Place], building: Building
+) -> None:
+    place = building.source.place((*path, "id"))
+    if entry.knots is None:
+        help = "give approximate knots: `knots:` with rows x y z, or {table: file}"
+        if entry.role in ("control", "partial"):
+            building.collector.error("SBB308", f"{entry.role} spline `{entry.id}` has no knots", place, help)
+        else:
+            building.collector.error("SBB312", f"spline `{entry.id}` has no approximate shape", place, help)
+        return
+    found = _rows(entry.id, entry.knots, (*path, "knots"), building)
+    if found is None:
+        return
+    table, taken = found
+    values = columns_of(table, XYZ, taken, optional=False)
+    sigma = sigma_columns(table, entry.sigma, taken)
+    _add(entry, values, sigma, place, path, rows, seen, building)
+
+
+def _rows(
+    id: str, spec: NumberTable, path: YamlPath, building: Building
+) -> tuple[Table, IntArray | slice] | None:
+    """The table and the rows of one spline in it."""
+    table = building.reader.read(spec, path, _ROWS, _DEFAULT)
+    if table is None:
+        return None
+    if not table.has("spline"):
+        if spec.table is not None:
+            help = f"a table of one spline alone has no need of it; else add a column `spline` with `{id}`"
+            building.collector.add(
+                "info", "SBB402", f"`{spec.table}` has no column `spline`", building.source.place(path), help
+            )
+        return table, slice(None)
+    by_id = building.reader.rows_by(table, "spline")
+    if id not in by_id:
+        building.unknown("spline", id, building.source.place(path), by_id)
+        return None
+    return table, by_id[id]
+
+
+def _further(entry: Spline, name: str, path: YamlPath | None, building: Building) -> FloatArray | None:
+    """Rows of reference_knots or check_values."""
+    spec: NumberTable | None = getattr(entry, name)
+    if spec is None or path is None:
+        return None
+    found = _rows(entry.id, spec, (*path, name), building)
+    return None if found is None else columns_of(found[0], XYZ, found[1], optional=False)
+
+
+def _add(
+    entry: Spline,
+    values: FloatArray,
+    sigma: FloatArray,
+    place: Place,
+    path: YamlPath | None,
+    rows: CurveRows,
+    seen: dict[str, Place],
+    building: Building,
+) -> None:
+    if entry.id in seen:
+        building.duplicate("spline", entry.id, place, seen[entry.id].line)
+        return
+    seen[entry.id] = place
+    sigma = _with_held(entry, sigma.copy(), path, building)
+    check_values = _further(entry, "check_values", path, building)
+    if entry.role == "check" and check_values is None:
+        check_values = values.copy()
+    curve = Curve(
+        id=entry.id,
+        role=entry.role,
+        family=entry.family,
+        values=values,
+        sigma=sigma,
+        closed=entry.closed,
+        knot_parameters=None if entry.knot_parameters is None else np.array(entry.knot_parameters),
+        parameterization=entry.parameterization,
+        breaks=tuple(sorted(entry.breaks)),
+        reference=_further(entry, "reference_knots", path, building),
+        check_values=check_values,
+    )
+    if check_curve(curve, place, path, building):
+        free = entry.role in ("tie", "partial", "check")
+        curve = replace(curve, sigma=np.where(np.isnan(sigma), math.inf if free else 0.0, sigma))
+        rows.curves.append(curve)
+        rows.places.append(place)
+
+
+def _with_held(entry: Spline, sigma: FloatArray, path: YamlPath | None, building: Building) -> FloatArray:
+    for number, held in enumerate(entry.held):
+        if held.knot >= len(sigma):
+            assert path is not None
+            place = building.source.place((*path, "held", number, "knot"))
+            message = f"spline `{entry.id}` has no knot {held.knot}"
+            building.collector.error("SBB311", message, place, f"its knots are 0 … {len(sigma) - 1}")
+            continue
+        for component in held.components:
+            sigma[held.knot, XYZ.index(component)] = 0.0
+    return sigma

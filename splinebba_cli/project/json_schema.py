@@ -1,0 +1,78 @@
+"""JSON Schemas of the files that people and programs exchange with splinebba.
+
+The project schema describes the YAML as editors read it, with native types: a number may also be written as a
+text that holds one (YAML 1.1 reads ``1e-6`` as a text), an id may look like a number or a truth value.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+from pydantic_core import core_schema
+
+from splinebba_cli.project.model import Project
+from splinebba_cli.project.result_schema import result_schema
+from splinebba_cli.project.scalars import NUMBER_PATTERN
+
+SCHEMA_ID = "https://raw.githubusercontent.com/splinebba/splinebba/main/schemas/project.schema.json"
+
+
+class _YamlSchema(GenerateJsonSchema):
+    """Scalars as YAML gives them."""
+
+    def float_schema(self, schema: core_schema.FloatSchema) -> JsonSchemaValue:
+        return {**super().float_schema(schema), "type": ["number", "string"], "pattern": NUMBER_PATTERN}
+
+    def int_schema(self, schema: core_schema.IntSchema) -> JsonSchemaValue:
+        return {**super().int_schema(schema), "type": ["integer", "string"], "pattern": r"^[-+]?\d+$"}
+
+    def bool_schema(self, schema: core_schema.BoolSchema) -> JsonSchemaValue:
+        return {"enum": [True, False, "true", "false", "yes", "no", "on", "off"]}
+
+    def str_schema(self, schema: core_schema.StringSchema) -> JsonSchemaValue:
+        return {**super().str_schema(schema), "type": ["string", "number", "boolean"]}
+
+    def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
+        """Defaults that are infinite or whole sections say nothing to an editor: leave them out."""
+        out = super().default_schema(schema)
+        default = out.get("default")
+        if (
+            default is None
+            or isinstance(default, (dict, list))
+            or default in (float("inf"), "Infinity", "free")
+        ):
+            out.pop("default", None)
+        return out
+
+
+def project_schema() -> dict[str, Any]:
+    """The JSON Schema of project.yaml."""
+    schema = Project.model_json_schema(schema_generator=_YamlSchema, mode="validation")
+    schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": SCHEMA_ID, **schema}
+    cleaned: dict[str, Any] = _without_titles(schema)
+    return cleaned
+
+
+def _without_titles(node: Any) -> Any:
+    """Titles that only repeat the key are noise."""
+    if isinstance(node, dict):
+        return {
+            key: (
+                {name: _without_titles(item) for name, item in value.items()}
+                if key in ("properties", "$defs")
+                else _without_titles(value)
+            )
+            for key, value in node.items()
+            if not (key == "title" and isinstance(value, str))
+        }
+    if isinstance(node, list):
+        return [_without_titles(item) for item in node]
+    return node
+
+
+def schema_text(which: str) -> str:
+    """The schema of a ``project`` or ``result`` file as text."""
+    schema = project_schema() if which == "project" else result_schema()
+    return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"

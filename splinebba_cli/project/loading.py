@@ -1,0 +1,70 @@
+"""Load a project: read, validate, build the network, or report everything that is wrong."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+from splinebba_cli.core.network import Network
+from splinebba_cli.errors import ProjectError
+from splinebba_cli.project.build_context import Building
+from splinebba_cli.project.diagnostics import Collector, Diagnostic
+from splinebba_cli.project.model import Project
+from splinebba_cli.project.network_builder import build_network
+from splinebba_cli.project.schema_errors import HOLD_WHEN_MENDED, validate
+from splinebba_cli.project.table_reader import TableReader
+from splinebba_cli.project.yaml_source import read_yaml
+
+
+@dataclass(frozen=True)
+class LoadedProject:
+    """A valid project."""
+
+    path: Path
+    model: Project
+    network: Network
+    diagnostics: tuple[Diagnostic, ...]  # warnings
+    source_hashes: dict[str, str]  # file, relative to the project's folder -> sha256
+
+    @property
+    def name(self) -> str:
+        """Name of the project."""
+        return self.model.project.name
+
+
+def load_project(path: Path | str) -> LoadedProject:
+    """Read a project file and its tables.
+
+    Parameters
+    ----------
+    path : Path or str
+        The project file, or a folder that holds ``project.yaml``.
+
+    Returns
+    -------
+    LoadedProject
+        The models, the network for the core, warnings, and hashes of all files read.
+
+    Raises
+    ------
+    ProjectError
+        If anything is wrong; carries every diagnostic.
+    """
+    path = Path(path)
+    if path.is_dir():
+        path = path / "project.yaml"
+    collector = Collector()
+    source = read_yaml(path, collector)
+    model, as_written = (None, False) if source is None else validate(source, collector)
+    if source is None or model is None:
+        raise ProjectError(collector.finished())
+    found = collector if as_written else Collector()
+    reader = TableReader(source, path.parent, found)
+    network = build_network(Building(model, source, reader, found))
+    if not as_written:
+        collector.take(found, HOLD_WHEN_MENDED)
+    if network is None or collector.has_errors:
+        raise ProjectError(collector.finished())
+    hashes = {path.name: hashlib.sha256(path.read_bytes()).hexdigest(), **dict(sorted(reader.hashes.items()))}
+    return LoadedProject(path, model, network, collector.finished(), hashes)

@@ -1,0 +1,130 @@
+"""Tables (CSV) of a network in the user's frame and units, with all digits of every number."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from splinebba_cli.core.camera.rotation import angles_from_rotation
+from splinebba_cli.core.network import (
+    Curve,
+    CurveObservations,
+    FloatArray,
+    Images,
+    Network,
+    PointObservations,
+)
+from splinebba_cli.project.build_curves import shifted
+from splinebba_cli.project.build_images import ANGLE_FACTORS, SEQUENCES
+from splinebba_cli.project.model_images import EOP_KEYS
+
+
+def csv_text(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A CSV table with a header."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(rows)
+    return out.getvalue()
+
+
+def number(value: float) -> str:
+    """All digits of a number; empty for NaN."""
+    return "" if value != value else repr(float(value))
+
+
+def sigma(value: float) -> str:
+    """A σ as it is written: fixed, free or a number; empty for NaN."""
+    return "fixed" if value == 0.0 else "free" if value == np.inf else number(value)
+
+
+def orientations(images: Images, origin: FloatArray, angle_unit: str) -> FloatArray:
+    """Approximate exterior orientations x, y, z, omega, phi, kappa in the user's frame and units, (m, 6)."""
+    out = np.full((len(images.ids), 6), np.nan)
+    out[:, :3] = images.position + origin
+    for sequence in SEQUENCES:
+        chosen = np.array([s == sequence for s in images.sequence], dtype=bool)
+        chosen &= np.isfinite(images.rotation).all(axis=(1, 2))
+        if chosen.any():
+            out[chosen, 3:] = angles_from_rotation(images.rotation[chosen], sequence)
+    out[:, 3:] /= ANGLE_FACTORS[angle_unit]
+    return out
+
+
+def images_table(network: Network, angle_unit: str) -> str:
+    """Table of images: camera, sequence, approximate values, priors, σ."""
+    images = network.images
+    approximate = orientations(images, network.origin, angle_unit)
+    units = np.array([ANGLE_FACTORS[angle_unit]] * 3 + [1.0] * 3)
+    order = [3, 4, 5, 0, 1, 2]
+    shift = np.concatenate([np.zeros(3), network.origin])
+    prior = (images.prior / units + shift)[:, order]
+    prior_sigma = (images.prior_sigma / units)[:, order]
+    columns = ["image", "camera", "rotation_sequence", *EOP_KEYS]
+    has_prior = bool(np.isfinite(prior_sigma).any())
+    if has_prior:
+        columns += [f"prior_{key}" for key in EOP_KEYS] + [f"sigma_{key}" for key in EOP_KEYS]
+    rows = []
+    for i, id in enumerate(images.ids):
+        row = [id, network.cameras[images.camera[i]].id, images.sequence[i], *map(number, approximate[i])]
+        if has_prior:
+            row += [*map(number, prior[i]), *map(sigma, prior_sigma[i])]
+        rows.append(row)
+    return csv_text(columns, rows)
+
+
+def points_table(network: Network) -> str:
+    """Table of points: role, coordinates, σ."""
+    points = network.points
+    xyz = points.xyz + network.origin
+    rows = []
+    for i, (id, role) in enumerate(zip(points.ids, points.role, strict=True)):
+        own = points.check_sigma[i] if role == "check" else points.sigma[i]
+        sigmas = (
+            ["", "", ""] if role == "tie" or (role == "check" and not own.any()) else list(map(sigma, own))
+        )
+        rows.append([id, role, *map(number, xyz[i]), *sigmas])
+    return csv_text(["point", "role", "x", "y", "z", "sigma_x", "sigma_y", "sigma_z"], rows)
+
+
+def curve_tables(curves: Sequence[Curve], origin: FloatArray) -> dict[str, str]:
+    """Tables of knots, reference knots and check values, the curves under each other."""
+    in_user_frame = [shifted(curve, origin) for curve in curves]
+    out = {}
+    rows = []
+    for curve in in_user_frame:
+        for values, own in zip(curve.values, curve.sigma, strict=True):
+            sigmas = list(map(sigma, own)) if curve.role in ("control", "partial") else ["", "", ""]
+            rows.append([curve.id, *map(number, values), *sigmas])
+    if rows:
+        out["knots"] = csv_text(["spline", "x", "y", "z", "sigma_x", "sigma_y", "sigma_z"], rows)
+    for name, key in (("reference_knots", "reference"), ("check_values", "check_values")):
+        found = [(c.id, v) for c in in_user_frame if getattr(c, key) is not None for v in getattr(c, key)]
+        if found:
+            out[name] = csv_text(["spline", "x", "y", "z"], ([id, *map(number, v)] for id, v in found))
+    return out
+
+
+def observations_table(network: Network, observations: PointObservations | CurveObservations) -> str:
+    """Table of image points in photo coordinates, mm."""
+    curves = isinstance(observations, CurveObservations)
+    if isinstance(observations, CurveObservations):
+        ids = [network.curves[i].id for i in observations.curve]
+    else:
+        ids = [network.points.ids[i] for i in observations.point]
+    images = [network.images.ids[i] for i in observations.image]
+    columns = ["image", "spline" if curves else "point", "x", "y", "sigma_x_mm", "sigma_y_mm"]
+    fields: list[Sequence[str]] = [images, ids]
+    for values in (observations.photo_xy, observations.sigma):
+        fields += [[repr(v) for v in column] for column in values.T.tolist()]
+    if isinstance(observations, CurveObservations):
+        if np.isfinite(observations.location).any():
+            columns.append("location")
+            fields.append([number(v) for v in observations.location.tolist()])
+        if (observations.segment >= 0).any():
+            columns.append("segment")
+            fields.append([str(v) if v >= 0 else "" for v in observations.segment.tolist()])
+    return csv_text(columns, zip(*fields, strict=True))

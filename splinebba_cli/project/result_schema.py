@@ -1,0 +1,130 @@
+"""The JSON Schema of result.json, format ``splinebba-result/1``: what other programs may rely on.
+
+Keys that are not named here may be added without a new version of the format.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+Schema = dict[str, Any]
+
+NUMBER: Schema = {"type": "number"}
+NUMBER_OR_NULL: Schema = {"type": ["number", "null"]}
+COUNT: Schema = {"type": "integer", "minimum": 0}
+TEXT: Schema = {"type": "string"}
+FLAG: Schema = {"type": "boolean"}
+EOP_KEYS = ("x", "y", "z", "omega", "phi", "kappa")
+
+
+def _array(items: Schema, length: int | None = None) -> Schema:
+    size = {} if length is None else {"minItems": length, "maxItems": length}
+    return {"type": "array", "items": items, **size}
+
+
+def _object(
+    required: dict[str, Schema], optional: dict[str, Schema] | None = None, about: str = ""
+) -> Schema:
+    described = {"description": about} if about else {}
+    properties = {**required, **(optional or {})}
+    return {"type": "object", **described, "properties": properties, "required": list(required)}
+
+
+def _xyz(about: str = "") -> Schema:
+    return _object(dict.fromkeys("xyz", NUMBER_OR_NULL), about=about)
+
+
+PROBLEM = _object(
+    {
+        "code": {"type": "string", "pattern": "^SBB[0-9]{3}$"},
+        "severity": {"enum": ["error", "warning", "info"]},
+        "message": TEXT,
+        "subject": TEXT,
+    },
+    {"help": TEXT},
+)
+GLOBAL_TEST = _object(
+    {"statistic": NUMBER, "lower": NUMBER, "upper": NUMBER, "alpha": NUMBER, "passed": FLAG},
+    about="Two-sided χ² test of r σ̂₀²/σ₀².",
+)
+STATISTICS = _object(
+    {
+        "observations": COUNT,
+        "unknowns": COUNT,
+        "conditions": {**COUNT, "description": "Gauge and datum conditions."},
+        "rank_defect": {**COUNT, "description": "Defect of measurements and priors alone."},
+        "redundancy": {"type": "integer", "description": "observations + conditions − unknowns."},
+        "sigma0_prior": NUMBER,
+        "sigma0": {
+            **NUMBER_OR_NULL,
+            "description": "A-posteriori σ of unit weight; null without redundancy.",
+        },
+        "global_test": {"anyOf": [GLOBAL_TEST, {"type": "null"}]},
+    }
+)
+IMAGE = _object(
+    {
+        "id": TEXT,
+        "camera": TEXT,
+        **dict.fromkeys(EOP_KEYS, NUMBER),
+        "sigma": _object(dict.fromkeys(EOP_KEYS, NUMBER_OR_NULL)),
+        "correlations": {"type": "array"},
+    },
+    about="Adjusted exterior orientation: metres, degrees.",
+)
+SEGMENT = _object(
+    {
+        "interval": _array(NUMBER, 2),
+        **{letter: _array(NUMBER) for letter in "abc"},
+        **{f"sigma_{letter}": _array(NUMBER_OR_NULL) for letter in "abc"},
+    },
+    about="Coefficients of the powers of t in [0, 1] for X (a), Y (b), Z (c), metres.",
+)
+SPLINE = _object(
+    {
+        "id": TEXT,
+        "role": {"enum": ["control", "partial", "tie", "check"]},
+        "family": TEXT,
+        "closed": FLAG,
+        "knots": _array(_array(NUMBER, 3)),
+        "knot_sigma": _array(_array(NUMBER_OR_NULL, 3)),
+        "sigma_across": _object(
+            {"max": NUMBER_OR_NULL, "mean": NUMBER_OR_NULL},
+            about="Semi-axes of the lateral standard ellipse, m.",
+        ),
+        "segments": _array(SEGMENT),
+    }
+)
+POINT = _object(
+    {
+        "id": TEXT,
+        "role": {"enum": ["control", "tie", "check"]},
+        **dict.fromkeys("xyz", NUMBER),
+        "sigma": _xyz("Metres."),
+    }
+)
+
+
+def result_schema() -> Schema:
+    """The JSON Schema of result.json."""
+    content = _object(
+        {
+            "format": {"const": "splinebba-result/1"},
+            "provenance": {"type": "object"},
+            "status": _object({"converged": FLAG, "termination": TEXT, "iterations": COUNT}),
+            "statistics": STATISTICS,
+            "cameras": _array(_object({"id": TEXT, "principal_distance_mm": NUMBER})),
+            "images": _array(IMAGE),
+            "splines": _array(SPLINE),
+            "points": _array(POINT),
+            "checks": _object({"points": {"type": "array"}, "splines": {"type": "array"}}),
+            "residuals": {"type": "object"},
+            "problems": _array(PROBLEM),
+        },
+        about="Results of an adjustment, but for the large tables beside it.",
+    )
+    head = {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "$id": "https://raw.githubusercontent.com/splinebba/splinebba/main/schemas/result.schema.json",
+    }
+    return {**head, **content}

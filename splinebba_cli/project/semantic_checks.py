@@ -1,0 +1,157 @@
+"""What counts say before anything is computed: who is seen by whom, and how far apart things are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from splinebba_cli.core.network import BoolArray, Curve, FloatArray, IntArray
+from splinebba_cli.project.build_context import Building
+from splinebba_cli.project.build_curves import CurveRows, position_rows
+from splinebba_cli.project.build_images import ImageRows
+from splinebba_cli.project.build_observations import ObservationRows
+from splinebba_cli.project.build_points import PointRows
+from splinebba_cli.project.diagnostics import Place
+
+LARGEST_EXTENT_M = 1.0e6
+RESECTION_POINTS = 3
+
+
+def images_per_feature(rows: ObservationRows, count: int) -> IntArray:
+    """Number of different images that see each feature, (count,)."""
+    image, feature = rows.image, rows.feature
+    valid = (image >= 0) & (feature >= 0)
+    pairs = np.unique(np.column_stack([feature[valid], image[valid]]), axis=0)
+    return np.bincount(pairs[:, 0], minlength=count)[:count].astype(np.int64)
+
+
+def check_images_seen(building: Building, images: ImageRows, kinds: Sequence[ObservationRows]) -> None:
+    """Every image has observations, unless nothing of it is to be estimated."""
+    seen = np.zeros(len(images.ids), dtype=bool)
+    for rows in kinds:
+        image = rows.image
+        seen[image[image >= 0]] = True
+    for number in np.flatnonzero(~seen):
+        name, place = images.ids[number], images.places[number]
+        if np.isfinite(images.sigma[number]).all():
+            help = "it has no influence on the result"
+            message = f"image `{name}` has no observations"
+            building.collector.warning("SBB303", message, place, help, kind="images without observations")
+        else:
+            help = "measure something in it, or remove it"
+            message = f"image `{name}` has no observations"
+            building.collector.error("SBB303", message, place, help, kind="images without observations")
+
+
+def check_features_seen(
+    building: Building,
+    kind: str,
+    ids: Sequence[str],
+    roles: Sequence[str],
+    places: Sequence[Place],
+    seen: IntArray,
+) -> BoolArray:
+    """Ties need two images; which features can take part, (n,)."""
+    usable = np.ones(len(ids), dtype=bool)
+    for number in np.flatnonzero(seen < 2).tolist():
+        role, count = roles[number], int(seen[number])
+        name = f"{role} {kind} `{ids[number]}`"
+        where = "in no image" if count == 0 else "in one image only"
+        if role == "tie" or (role == "partial" and count == 0):
+            help = "measure it in a second image, or remove it"
+            code = "SBB310" if count == 0 else "SBB304"
+            building.collector.error(
+                code, f"{name} is measured {where}", places[number], help, kind=f"{kind}s {where}"
+            )
+        elif role == "check" or count == 0:
+            usable[number] = False
+            code = "SBB310" if count == 0 else "SBB304"
+            message, help = f"{name} is measured {where}", "it is left out"
+            building.collector.warning(code, message, places[number], help, kind=f"{role} {kind}s {where}")
+    return usable
+
+
+def check_resection(
+    building: Building, images: ImageRows, points: PointRows, observed: ObservationRows
+) -> None:
+    """An image without an approximate orientation wants control points."""
+    control = np.array([role == "control" for role in points.roles], dtype=bool)
+    control &= np.isfinite(np.array(points.xyz).reshape(-1, 3)).all(axis=1)
+    image, point = observed.image, observed.feature
+    valid = (image >= 0) & (point >= 0)
+    pairs = np.unique(np.column_stack([image[valid], point[valid]]), axis=0)
+    count = np.bincount(pairs[control[pairs[:, 1]], 0], minlength=len(images.ids))
+    for number, name in enumerate(images.ids):
+        orientation = np.where(
+            np.isnan(images.orientation[number]), images.prior[number], images.orientation[number]
+        )
+        if np.isnan(orientation).any() and count[number] < RESECTION_POINTS:
+            message = f"image `{name}` has no approximate orientation and {count[number]} control points"
+            help = f"give `orientation`, or measure at least {RESECTION_POINTS} control points (better 4)"
+            building.collector.warning(
+                "SBB315",
+                message,
+                images.places[number],
+                help,
+                kind="images without an approximate orientation",
+            )
+
+
+def check_segments(building: Building, curves: CurveRows, rows: ObservationRows) -> None:
+    """Where the segments of all measurements of a spline are given: each exists and has some."""
+    if not rows.groups:
+        return
+    segment = np.concatenate([group.segment for group in rows.groups])
+    feature = rows.feature
+    given = np.flatnonzero((segment >= 0) & (feature >= 0))
+    if not len(given):
+        return
+    counts = np.array([segment_count(curve) for curve in curves.curves], dtype=np.int64)
+    for row in given[segment[given] >= counts[feature[given]]]:
+        curve = curves.curves[feature[row]]
+        message = f"spline `{curve.id}` has no segment {segment[row]}"
+        help = f"its segments are 0 … {counts[feature[row]] - 1}"
+        building.collector.error(
+            "SBB311", message, rows.place(int(row), "segment"), help, kind="unknown segments"
+        )
+    for number in np.unique(feature[given]):
+        own = segment[feature == number]
+        if (own < 0).any() or curves.curves[number].role == "control":
+            continue
+        empty = sorted(set(range(counts[number])) - set(own.tolist()))
+        if empty:
+            message = f"spline `{curves.curves[number].id}`: no measurement in segment {empty[0]}"
+            more = f" and {len(empty) - 1} more" if len(empty) > 1 else ""
+            help = "remove a knot there, or set adjustment.knots.drop"
+            building.collector.warning("SBB305", message + more, curves.places[number], help)
+
+
+def segment_count(curve: Curve) -> int:
+    """Number of segments of a curve."""
+    if curve.family != "natural_cubic":
+        return 1
+    return len(curve.values) - (0 if curve.closed else 1)
+
+
+def check_extent(building: Building, images: ImageRows, points: PointRows, curves: CurveRows) -> None:
+    """Nothing lies a thousand kilometres from the middle of the project."""
+    positions: list[tuple[str, Place, FloatArray]] = []
+    for kind, ids, places, values in (
+        ("image", images.ids, images.places, [o[:3] for o in images.orientation]),
+        ("point", points.ids, points.places, points.xyz),
+    ):
+        positions += [(f"{kind} `{i}`", p, v[None]) for i, p, v in zip(ids, places, values, strict=True)]
+    for curve, where in zip(curves.curves, curves.places, strict=True):
+        positions.append((f"spline `{curve.id}`", where, curve.values[position_rows(curve)]))
+    finite = [values[np.isfinite(values).all(axis=1)] for _, _, values in positions]
+    everything = np.concatenate(finite) if finite else np.empty((0, 3))
+    if not len(everything):
+        return
+    middle = np.median(everything, axis=0)
+    for (name, place, _), rows in zip(positions, finite, strict=True):
+        distance = float(np.abs(rows - middle).max(initial=0.0))
+        if distance > LARGEST_EXTENT_M:
+            message = f"{name} lies {distance / 1000:,.0f} km from the middle of the project"
+            help = "swapped columns, or another coordinate system?"
+            building.collector.error("SBB306", message, place, help, kind="coordinates far apart")

@@ -1,0 +1,281 @@
+"""From the declaration of a table in the project to its columns under our names."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from splinebba_cli.core.network import IntArray
+from splinebba_cli.project.diagnostics import Collector, Place, listing, suggestion
+from splinebba_cli.project.model_tables import TableOptions, TableOrRows
+from splinebba_cli.project.scalars import is_parquet
+from splinebba_cli.project.tables import (
+    Table,
+    TableUnreadableError,
+    table_from_parquet,
+    table_from_rows,
+    table_from_text,
+)
+from splinebba_cli.project.yaml_source import YamlPath, YamlSource
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Columns that a table must and may have; `synonyms` are other names for them."""
+
+    required: tuple[str, ...]
+    optional: tuple[str, ...] = ()
+    synonyms: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def known(self) -> tuple[str, ...]:
+        """All names that are understood."""
+        return (*self.required, *self.optional)
+
+
+@dataclass
+class TableReader:
+    """Reads the tables of one project, each file once; keeps the hashes of what it read."""
+
+    source: YamlSource
+    folder: Path
+    collector: Collector
+    hashes: dict[str, str] = field(default_factory=dict)
+    _texts: dict[str, str | None] = field(default_factory=dict)
+    _tables: dict[str, Table | None] = field(default_factory=dict)
+    _groups: dict[int, dict[str, IntArray]] = field(default_factory=dict)
+
+    def read(
+        self, spec: TableOrRows, path: YamlPath, wanted: Wanted, default_columns: Sequence[str] | None = None
+    ) -> Table | None:
+        """The table that `spec`, at `path` in the project, declares; None after an error.
+
+        Parameters
+        ----------
+        default_columns : sequence of str or None
+            Columns of rows in the project file that declare none.
+        """
+        key = (
+            repr((spec.table, spec.columns, spec.header, spec.delimiter, wanted))
+            if spec.table
+            else repr(path)
+        )
+        if key not in self._tables:
+            try:
+                self._tables[key] = self._read(spec, path, wanted, default_columns)
+            except TableUnreadableError:
+                self._tables[key] = None
+        return self._tables[key]
+
+    def rows_by(self, table: Table, column: str) -> dict[str, IntArray]:
+        """Rows of each identifier in a column, in the order of its first occurrence."""
+        if id(table) not in self._groups:
+            rows: dict[str, list[int]] = {}
+            for row, name in enumerate(table.texts(column)):
+                rows.setdefault(name, []).append(row)
+            self._groups[id(table)] = {name: np.array(found, dtype=np.int64) for name, found in rows.items()}
+        return self._groups[id(table)]
+
+    def _read(
+        self, spec: TableOrRows, path: YamlPath, wanted: Wanted, default_columns: Sequence[str] | None
+    ) -> Table:
+        at = self.source.place((*path, "table") if spec.table else path, key=spec.table is None)
+        if (spec.table is None) == (spec.data is None):
+            code, verb = ("SBB202", "neither") if spec.table is None else ("SBB209", "both")
+            self.collector.error(code, f"{verb} `table` and `data` given", at, "give one of them")
+            raise TableUnreadableError
+        if isinstance(spec.columns, dict):
+            self._check_mapping(spec.columns, path, wanted)
+        if spec.table is not None:
+            table = self._side_table(spec, path, at, wanted)
+        else:
+            table = self._inline(spec, path, at, wanted, default_columns)
+        return self._named(table, spec, path, at, wanted)
+
+    def _side_table(self, spec: TableOptions, path: YamlPath, at: Place, wanted: Wanted) -> Table:
+        assert spec.table is not None
+        name = spec.table
+        file = self.folder / name
+        columns = None
+        if isinstance(spec.columns, tuple):
+            columns = self._declared(spec.columns, path, wanted)
+        if is_parquet(name):
+            self._content(name, at)
+            if columns is not None:
+                help = "a Parquet table names its columns: give a mapping, or leave `columns` out"
+                self.collector.error("SBB402", "a list of columns for a Parquet table", at, help)
+                raise TableUnreadableError
+            return table_from_parquet(file, file=str(file), collector=self.collector, declared_at=at)
+        text = self._text(name, at)
+        return table_from_text(
+            text,
+            file=str(file),
+            collector=self.collector,
+            columns=columns,
+            header=spec.header,
+            delimiter=spec.delimiter,
+            declared_at=at,
+        )
+
+    def _inline(
+        self, spec: TableOrRows, path: YamlPath, at: Place, wanted: Wanted, default: Sequence[str] | None
+    ) -> Table:
+        columns: tuple[str, ...] | None = None
+        if isinstance(spec.columns, tuple):
+            columns = self._declared(spec.columns, path, wanted)
+        elif default is not None and not spec.header and spec.columns is None:
+            columns = self._default_columns(spec, default)
+        data_path = (*path, "data") if (*path, "data") in self.source.values else path
+        named_by_header = isinstance(spec.data, str) and (spec.header or isinstance(spec.columns, dict))
+        if columns is None and not named_by_header:
+            help = f"columns: [{', '.join(wanted.required)}]"
+            self.collector.error("SBB402", "rows in the project file need `columns`", at, help)
+            raise TableUnreadableError
+        if isinstance(spec.data, str):
+            first = self.source.blocks.get(data_path)
+            span = self.source.values.get(data_path)
+            return table_from_text(
+                spec.data,
+                file=self.source.file,
+                collector=self.collector,
+                columns=columns,
+                header=spec.header,
+                delimiter=spec.delimiter,
+                first_line=first if first is not None else span.line if span else 0,
+                source_lines=self.source.lines,
+                declared_at=at,
+            )
+        return table_from_rows(
+            spec.data or (),
+            file=self.source.file,
+            collector=self.collector,
+            columns=columns or (),
+            place_of_cell=lambda row, cell: self.source.place(
+                (*data_path, row) if cell is None else (*data_path, row, cell)
+            ),
+            declared_at=at,
+        )
+
+    def _default_columns(self, spec: TableOrRows, default: Sequence[str]) -> tuple[str, ...]:
+        """The default columns, as many as the first row has (σ columns may be absent)."""
+        if isinstance(spec.data, str):
+            rows = [
+                line for line in spec.data.splitlines() if line.strip() and not line.strip().startswith("#")
+            ]
+            width = len(rows[0].replace(",", " ").replace(";", " ").split()) if rows else 3
+        else:
+            width = len(spec.data[0]) if spec.data else 3
+        return tuple(default) if width == len(default) else tuple(default[:3])
+
+    def _declared(self, columns: tuple[str, ...], path: YamlPath, wanted: Wanted) -> tuple[str, ...]:
+        out, unknown = [], False
+        for number, name in enumerate(columns):
+            name = wanted.synonyms.get(name, name)
+            if name != "-" and name not in wanted.known:
+                place = self.source.place((*path, "columns", number))
+                help = (
+                    suggestion(name, wanted.known)
+                    or f"known: {listing(wanted.known, 20)}; `-` for one not used"
+                )
+                self.collector.error("SBB402", f"unknown column `{name}`", place, help)
+                unknown = True
+            out.append(name)
+        if unknown:
+            raise TableUnreadableError
+        return tuple(out)
+
+    def _check_mapping(self, columns: dict[str, str], path: YamlPath, wanted: Wanted) -> None:
+        unknown = [name for name in columns if wanted.synonyms.get(name, name) not in wanted.known]
+        for name in unknown:
+            place = self.source.place((*path, "columns", name), key=True)
+            help = suggestion(name, wanted.known) or f"known: {listing(wanted.known, 20)}"
+            self.collector.error("SBB402", f"unknown column `{name}`", place, help)
+        if unknown:
+            raise TableUnreadableError
+
+    def _named(self, table: Table, spec: TableOrRows, path: YamlPath, at: Place, wanted: Wanted) -> Table:
+        """The table with its columns under our names."""
+        ours = {}
+        if isinstance(spec.columns, dict):
+            for name, theirs in spec.columns.items():
+                if theirs in table.columns:
+                    ours[wanted.synonyms.get(name, name)] = theirs
+                else:
+                    place = self.source.place((*path, "columns", name))
+                    help = suggestion(theirs, table.columns) or f"the table has {listing(table.columns, 20)}"
+                    self.collector.error("SBB402", f"`{table.file}` has no column `{theirs}`", place, help)
+                    raise TableUnreadableError
+        else:
+            for theirs in table.columns:
+                name = wanted.synonyms.get(theirs, theirs)
+                if name in wanted.known:
+                    ours[name] = theirs
+                elif spec.columns is None:
+                    help = suggestion(theirs, wanted.known) or f"known: {listing(wanted.known, 20)}"
+                    self.collector.warning(
+                        "SBB402", f"column `{theirs}` of `{table.file}` is not used", at, help
+                    )
+        missing = [name for name in wanted.required if name not in ours]
+        if missing:
+            help = suggestion(missing[0], set(table.columns) - set(ours.values()))
+            help = help or f"it has {listing(table.columns, 20)}"
+            if spec.table is not None and spec.columns is None:
+                help += "; if its first row is no header, declare `columns: [...]`"
+            self.collector.error("SBB402", f"`{table.file}` has no column {listing(missing)}", at, help)
+            raise TableUnreadableError
+        place_of = table.place_of
+        renamed = {name: table.columns[theirs] for name, theirs in ours.items()}
+        return Table(
+            table.file,
+            renamed,
+            table.rows,
+            lambda row, name: place_of(row, ours.get(name, name)),
+            self.collector,
+            table.head,
+        )
+
+    def _content(self, name: str, at: Place) -> bytes:
+        file = self.folder / name
+        try:
+            content = file.read_bytes()
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            near = suggestion(file.name, _names_in(file.parent))
+            self.collector.error("SBB401", f"table `{name}` cannot be read: {reason}", at, near)
+            raise TableUnreadableError from None
+        self.hashes[name] = hashlib.sha256(content).hexdigest()
+        return content
+
+    def _text(self, name: str, at: Place) -> str:
+        if name not in self._texts:
+            try:
+                content = self._content(name, at)
+            except TableUnreadableError:
+                self._texts[name] = None
+                raise
+            try:
+                self._texts[name] = content.decode("utf-8-sig")
+            except UnicodeDecodeError as error:
+                line = content[: error.start].count(b"\n") + 1
+                self.collector.error(
+                    "SBB103",
+                    f"`{name}` is not UTF-8",
+                    Place(str(self.folder / name), line),
+                    "save it as UTF-8",
+                )
+                self._texts[name] = None
+        text = self._texts[name]
+        if text is None:
+            raise TableUnreadableError
+        return text
+
+
+def _names_in(folder: Path) -> list[str]:
+    try:
+        return [item.name for item in folder.iterdir()]
+    except OSError:
+        return []

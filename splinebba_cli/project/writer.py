@@ -1,0 +1,206 @@
+"""Write a project: of a network as a whole, or a loaded project with adjusted values."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from splinebba_cli.core.network import Camera, Curve, Network, PointObservations, Settings
+from splinebba_cli.errors import OutputError
+from splinebba_cli.project.model import FORMAT_VERSION
+from splinebba_cli.project.network_tables import (
+    curve_tables,
+    images_table,
+    observations_table,
+    points_table,
+)
+from splinebba_cli.project.yaml_writing import project_yaml
+
+
+def write_project(
+    network: Network,
+    folder: Path,
+    *,
+    name: str,
+    description: str = "",
+    crs: str = "",
+    angle_unit: str = "deg",
+    acceptance: Mapping[str, Any] | None = None,
+    simulation: Mapping[str, Any] | None = None,
+    comment: str = "",
+) -> Path:
+    """Write a network as a project that loads back to it.
+
+    Parameters
+    ----------
+    network : Network
+        Its features must be valid for a project: ties are seen by two images and so on.
+    folder : Path
+        Made if it does not exist; files of the same names are replaced.
+    name : str
+        Name of the project.
+    description, crs, comment : str
+        Notes; the comment stands in the head of the file.
+    angle_unit : {"deg", "gon", "rad"}
+        Unit of angles in the project.
+    acceptance, simulation : mapping, optional
+        These sections of the project file.
+
+    Returns
+    -------
+    Path
+        The project file ``project.yaml``.
+
+    Raises
+    ------
+    OutputError
+        SBB601, if a file cannot be written.
+    """
+    files = project_files(
+        network,
+        name=name,
+        description=description,
+        crs=crs,
+        angle_unit=angle_unit,
+        acceptance=acceptance,
+        simulation=simulation,
+        comment=comment,
+    )
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for file, text in files.items():
+            (folder / file).write_text(text, encoding="utf-8", newline="\n")
+    except OSError as error:
+        raise OutputError("SBB601", f"`{folder}` cannot be written: {error.strerror}") from error
+    return folder / "project.yaml"
+
+
+def project_files(
+    network: Network,
+    *,
+    name: str,
+    description: str = "",
+    crs: str = "",
+    angle_unit: str = "deg",
+    acceptance: Mapping[str, Any] | None = None,
+    simulation: Mapping[str, Any] | None = None,
+    comment: str = "",
+) -> dict[str, str]:
+    """The files of a project, name to text; parameters as in :func:`write_project`."""
+    info: dict[str, Any] = {"name": name}
+    if description:
+        info["description"] = description
+    if crs:
+        info["crs"] = crs
+    info |= {"angle_unit": angle_unit, "rotation_sequence": "omega-phi-kappa"}
+    if network.origin.any():
+        info["local_origin"] = network.origin.tolist()
+    files = {"images.csv": images_table(network, angle_unit)}
+    data: dict[str, Any] = {
+        "version": FORMAT_VERSION,
+        "project": info,
+        "cameras": [_camera(camera) for camera in network.cameras],
+        "images": {"table": "images.csv"},
+    }
+    if network.curves:
+        tables = curve_tables(network.curves, network.origin)
+        files |= {f"{key}.csv": text for key, text in tables.items()}
+        data["splines"] = [spline_entry(curve) for curve in network.curves]
+    if network.points.ids:
+        files["points.csv"] = points_table(network)
+        data["points"] = {"table": "points.csv"}
+    data["observations"] = {}
+    for key, rows in (("spline_points", network.curve_observations), ("points", network.point_observations)):
+        if len(rows):
+            data["observations"][key] = _groups(network, rows, key, files)
+    data["adjustment"] = _adjustment(network.settings)
+    if acceptance:
+        data["acceptance"] = dict(acceptance)
+    if simulation:
+        data["simulation"] = dict(simulation)
+    files["project.yaml"] = project_yaml(data, comment)
+    return files
+
+
+def _camera(camera: Camera) -> dict[str, Any]:
+    out: dict[str, Any] = {
+        "id": camera.id,
+        "principal_distance_mm": float(camera.principal_distance_mm),
+        "image_coordinates": "photo_mm",
+        "principal_point_mm": [float(v) for v in camera.principal_point_mm],
+    }
+    if camera.pixel_size_mm is not None:
+        out["pixel_size_mm"] = float(camera.pixel_size_mm)
+    if camera.format_mm is not None:
+        out["format_mm"] = [float(v) for v in camera.format_mm]
+    if camera.radial.any() or camera.decentring.any():
+        values = [*camera.radial, *camera.decentring]
+        out["distortion"] = {k: float(v) for k, v in zip(("k1", "k2", "k3", "p1", "p2"), values, strict=True)}
+    if camera.affinity.any():
+        out["affinity"] = {"b1": float(camera.affinity[0]), "b2": float(camera.affinity[1])}
+    return out
+
+
+def spline_entry(curve: Curve, prefix: str = "") -> dict[str, Any]:
+    """The entry of a spline whose rows stand in the tables of all splines (`prefix` + knots.csv …)."""
+    out: dict[str, Any] = {"id": curve.id, "role": curve.role}
+    if curve.family != "natural_cubic":
+        out["family"] = curve.family
+    if curve.closed:
+        out["closed"] = True
+    if curve.knot_parameters is not None:
+        out["knot_parameters"] = curve.knot_parameters.tolist()
+    if curve.parameterization != "chord_length":
+        out["parameterization"] = curve.parameterization
+    if curve.breaks:
+        out["breaks"] = list(curve.breaks)
+    out["knots"] = {"table": f"{prefix}knots.csv"}
+    if curve.reference is not None:
+        out["reference_knots"] = {"table": f"{prefix}reference_knots.csv"}
+    if curve.check_values is not None:
+        out["check_values"] = {"table": f"{prefix}check_values.csv"}
+    return out
+
+
+def _groups(network: Network, rows: Any, key: str, files: dict[str, str]) -> list[dict[str, str]]:
+    """One table for each group of observations, in the order of the groups."""
+    names = rows.group_names or (key.replace("_", " "),)
+    group = np.zeros(len(rows), dtype=np.int64) if rows.group is None else rows.group
+    out = []
+    for number, name in enumerate(names):
+        chosen = np.flatnonzero(group == number)
+        if not len(chosen):
+            continue
+        stem = "point_observations" if isinstance(rows, PointObservations) else "spline_observations"
+        file = f"{stem}.csv" if len(names) == 1 else f"{stem}_{number + 1}.csv"
+        changes = {
+            field: getattr(rows, field)[chosen]
+            for field in ("image", "point", "curve", "photo_xy", "sigma", "location", "segment")
+            if hasattr(rows, field)
+        }
+        files[file] = observations_table(network, replace(rows, group=None, group_names=(), **changes))
+        out.append({"name": name, "table": file})
+    return out
+
+
+def _adjustment(settings: Settings) -> dict[str, Any]:
+    out: dict[str, Any] = {
+        key: getattr(settings, key)
+        for key in (
+            "datum",
+            "max_iterations",
+            "alpha",
+            "sigma0_prior",
+            "gauge_sigma_m",
+            "scale_dispersion",
+            "staged",
+        )
+        if getattr(settings, key) is not None
+    }
+    knots = settings.knots
+    policy = {key: getattr(knots, key) for key in ("spacing_m", "insert", "drop") if getattr(knots, key)}
+    return {**out, "knots": policy} if policy else out

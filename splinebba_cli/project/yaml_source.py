@@ -1,0 +1,273 @@
+"""YAML that remembers where everything stands, and keeps what people write.
+
+Every scalar stays a text: the ids ``0101``, ``12:30``, ``no`` and ``1e-6`` survive, and the models convert
+where a number is meant.  An empty value is None.  Duplicate keys, merge keys, tags and alias bombs are
+diagnostics with positions.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import yaml
+
+from splinebba_cli.project.diagnostics import Collector, Place
+
+if TYPE_CHECKING:
+    Loader = yaml.SafeLoader
+else:
+    Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+YamlPath = tuple[str | int, ...]
+
+MAX_DEPTH = 64
+MAX_ALIASED_NODES = 10_000
+_LINE_BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # YAML's
+_STANDARD_TAG = "tag:yaml.org,2002:"
+
+
+@dataclass(frozen=True)
+class _Span:
+    line: int  # from 0
+    column: int  # from 0
+    length: int
+
+
+@dataclass
+class YamlSource:
+    """A YAML text as plain data (dict, list, str, None) with the position of every key and value."""
+
+    file: str
+    lines: list[str]
+    data: Any = None
+    keys: dict[YamlPath, _Span] = field(default_factory=dict)
+    values: dict[YamlPath, _Span] = field(default_factory=dict)
+    blocks: dict[YamlPath, int] = field(default_factory=dict)  # first line (from 0) of block scalars
+
+    def place(self, path: YamlPath, *, key: bool = False) -> Place:
+        """Where a value stands, or its key; a path that does not exist gives its nearest parent."""
+        while path:
+            span = self.keys.get(path) if key else self.values.get(path)
+            span = span or self.values.get(path)
+            if span is not None:
+                return self._place(span)
+            path, key = path[:-1], True
+        return Place(self.file, 1, 1, 1, self.lines[0] if self.lines else "")
+
+    def at(self, line: int, column: int, length: int = 1) -> Place:
+        """Place of a line and column, both from 0."""
+        text = self.lines[line] if line < len(self.lines) else ""
+        return Place(self.file, line + 1, column + 1, max(1, length), text)
+
+    def at_mark(self, mark: Any, length: int = 1) -> Place:
+        """Place of a mark of the parser."""
+        return self.at(mark.line, mark.column, length)
+
+    def _place(self, span: _Span) -> Place:
+        return self.at(span.line, span.column, span.length)
+
+    def resolve(self, loc: tuple[str | int, ...]) -> YamlPath:
+        """The longest part of `loc` that exists in the data; parts that name no child are passed over."""
+        path: list[str | int] = []
+        current = self.data
+        for part in loc:
+            in_list = isinstance(current, list) and isinstance(part, int) and part < len(current)
+            if in_list or (isinstance(current, dict) and part in current):
+                current = current[part]
+                path.append(part)
+        return tuple(path)
+
+
+def read_yaml(path: Path, collector: Collector, file: str | None = None) -> YamlSource | None:
+    """Read and parse a YAML file; None where it cannot be parsed (the collector then holds an error)."""
+    name = file if file is not None else str(path)
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        collector.error("SBB101", f"`{name}` cannot be read: {reason}", Place(name))
+        return None
+    return parse_yaml(content, name, collector)
+
+
+def parse_yaml(content: bytes | str, file: str, collector: Collector) -> YamlSource | None:
+    """Parse YAML text; None where it is no YAML (the collector then holds an error)."""
+    text = _decoded(content, file, collector) if isinstance(content, bytes) else content
+    if text is None:
+        return None
+    source = YamlSource(file, _LINE_BREAK.split(text))
+    try:
+        root = _composed(text, source, collector)
+    except yaml.YAMLError as error:
+        _syntax_error(error, source, collector)
+        return None
+    if root is None:
+        return None
+    source.data = _Walker(source, collector).walk(root)
+    return source
+
+
+def _decoded(content: bytes, file: str, collector: Collector) -> str | None:
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        help = "save it as UTF-8"
+        collector.error("SBB103", "the file is UTF-16, not UTF-8", Place(file, 1, 1), help)
+        return None
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        before = content[: error.start]
+        line = before.count(b"\n")
+        start = before.rfind(b"\n") + 1
+        column = len(before[start:].decode("utf-8", "replace"))
+        end = content.find(b"\n", error.start)
+        snippet = content[start : end if end >= 0 else None].decode("latin-1").rstrip("\r")
+        message = f"byte 0x{content[error.start]:02x} is not UTF-8"
+        help = "save the file as UTF-8 (it looks like Latin-1 or Windows-1252)"
+        collector.error("SBB103", message, Place(file, line + 1, column + 1, 1, snippet), help)
+        return None
+
+
+def _composed(text: str, source: YamlSource, collector: Collector) -> yaml.Node | None:
+    """The node graph, after a look at the events: syntax, depth, number of documents."""
+    depth = documents = 0
+    for event in yaml.parse(text, Loader=Loader):
+        if isinstance(event, yaml.CollectionStartEvent):
+            depth += 1
+            if depth > MAX_DEPTH:
+                place = source.at_mark(event.start_mark)
+                collector.error("SBB105", f"nested deeper than {MAX_DEPTH} levels", place)
+                return None
+        elif isinstance(event, yaml.CollectionEndEvent):
+            depth -= 1
+        elif isinstance(event, yaml.DocumentStartEvent):
+            documents += 1
+            if documents > 1:
+                place = source.at_mark(event.start_mark, 3)
+                collector.error("SBB102", "a second YAML document in the file", place, "one project a file")
+                return None
+    node = Loader(text).get_single_node()
+    if node is None:
+        collector.error("SBB106", "the file is empty", source.at(0, 0))
+    return node
+
+
+def _syntax_error(error: yaml.YAMLError, source: YamlSource, collector: Collector) -> None:
+    if isinstance(error, yaml.reader.ReaderError):
+        character: int | str = error.character
+        number = character if isinstance(character, int) else ord(character[:1] or "?")
+        message = f"character U+{number:04X} is not allowed in YAML"
+        line, column = _line_of_offset(source, error.position)
+        collector.error("SBB102", message, source.at(line, column))
+        return
+    mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
+    message = getattr(error, "problem", None) or str(error)
+    context = getattr(error, "context", None)
+    line, column = (mark.line, mark.column) if mark is not None else (0, 0)
+    help = ""
+    at_mark = source.lines[line][column : column + 1] if line < len(source.lines) else ""
+    if at_mark == "\t":
+        message, help = "a tab in the indentation", "indent with spaces"
+    elif context:
+        message = f"{message} ({context})"
+    if not help and ("mapping values are not allowed" in message or "could not find expected ':'" in message):
+        help = "put a text that contains `: ` in quotes, and a space after the `:` of a key"
+    collector.error("SBB102", message, source.at(line, column), help)
+
+
+def _line_of_offset(source: YamlSource, offset: int) -> tuple[int, int]:
+    for number, line in enumerate(source.lines):
+        if offset <= len(line):
+            return number, offset
+        offset -= len(line) + 1
+    return 0, 0
+
+
+class _Walker:
+    """Turns nodes into plain data, recording positions."""
+
+    def __init__(self, source: YamlSource, collector: Collector) -> None:
+        self.source = source
+        self.collector = collector
+        self.active: set[int] = set()
+        self.seen: set[int] = set()
+        self.aliased = 0
+        self.exhausted = False
+
+    def walk(self, node: yaml.Node, path: YamlPath = ()) -> Any:
+        self._record(node, path)
+        if self._refused(node):
+            return None
+        if isinstance(node, yaml.ScalarNode):
+            return self._scalar(node, path)
+        self.active.add(id(node))
+        if isinstance(node, yaml.SequenceNode):
+            value: Any = [self.walk(child, (*path, i)) for i, child in enumerate(node.value)]
+        else:
+            value = self._mapping(node, path)
+        self.active.discard(id(node))
+        return value
+
+    def _record(self, node: yaml.Node, path: YamlPath) -> None:
+        start, end = node.start_mark, node.end_mark
+        length = end.column - start.column if end.line == start.line else 1
+        self.source.values[path] = _Span(start.line, start.column, max(1, length))
+
+    def _refused(self, node: yaml.Node) -> bool:
+        """Whether the node must not be entered: an alias cycle or bomb, or a tag."""
+        place = self.source.at(node.start_mark.line, node.start_mark.column)
+        if id(node) in self.active:
+            self.collector.error("SBB105", "an alias that contains itself", place)
+            return True
+        if id(node) in self.seen:
+            self.aliased += 1
+        elif not isinstance(node, yaml.ScalarNode):
+            self.seen.add(id(node))
+        if self.aliased > MAX_ALIASED_NODES:
+            if not self.exhausted:
+                help = "write the data out, or use a side table"
+                self.collector.error("SBB105", "aliases expand to too much", place, help)
+            self.exhausted = True
+        if self.exhausted:
+            return True
+        if not node.tag.startswith(_STANDARD_TAG) or node.tag.endswith(
+            (":binary", ":python", ":set", ":omap")
+        ):
+            message = f"the tag `{node.tag}` is not supported"
+            self.collector.error("SBB107", message, place, "remove the tag")
+            return True
+        return False
+
+    def _scalar(self, node: yaml.ScalarNode, path: YamlPath) -> str | None:
+        if node.style in ("|", ">"):
+            self.source.blocks[path] = node.start_mark.line + 1
+        if node.value == "" and not node.style:
+            return None
+        return str(node.value)
+
+    def _mapping(self, node: yaml.Node, path: YamlPath) -> dict[str, Any]:
+        out: dict[str, Any] = {}
+        first: dict[str, yaml.Node] = {}
+        for key_node, value_node in node.value:
+            mark = key_node.start_mark
+            place = self.source.at(mark.line, mark.column, len(str(key_node.value)))
+            if not isinstance(key_node, yaml.ScalarNode):
+                self.collector.error("SBB108", "a key must be a text", self.source.at(mark.line, mark.column))
+                continue
+            key = str(key_node.value)
+            if key_node.tag.endswith(":merge"):
+                help = "repeat the keys; an alias for a whole value is fine"
+                self.collector.error("SBB107", "merge keys `<<` are not supported", place, help)
+                continue
+            if key in first:
+                before = first[key].start_mark
+                help = f"first given at line {before.line + 1}, column {before.column + 1}"
+                self.collector.error("SBB104", f"key `{key}` given twice", place, help)
+                continue
+            first[key] = key_node
+            child = (*path, key)
+            self.source.keys[child] = _Span(mark.line, mark.column, len(key))
+            out[key] = self.walk(value_node, child)
+        return out

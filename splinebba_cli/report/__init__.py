@@ -1,0 +1,1 @@
+"""Reports for people: what is said (sections, figures) and how (text, HTML)."""

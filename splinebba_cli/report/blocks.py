@@ -1,0 +1,138 @@
+"""What a report is made of: sections of blocks, as plain data; the renderers know how to lay them out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Tone = Literal["good", "warning", "bad", "neutral"]
+Cell = str | float | int | None
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The one sentence that people open the report for."""
+
+    tone: Tone
+    headline: str
+    detail: str
+
+
+@dataclass(frozen=True)
+class Fact:
+    """A labelled value; `value` is text, ready to be shown, with its unit."""
+
+    label: str
+    value: str
+    note: str = ""
+    tone: Tone = "neutral"
+
+
+@dataclass(frozen=True)
+class Facts:
+    """A list of labelled values; `headline` ones are shown large."""
+
+    items: tuple[Fact, ...]
+    headline: bool = False
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table.
+
+    `decimals` None is text or a whole number; otherwise numbers are shown with so many decimals.
+    """
+
+    title: str
+    unit: str = ""
+    decimals: int | None = None
+    numeric: bool = True
+    help: str = ""
+
+    @property
+    def heading(self) -> str:
+        """Title with unit: ``X [m]``."""
+        return f"{self.title} [{self.unit}]" if self.unit else self.title
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of cells; `marked` rows deserve a look; `source` is the file that has all rows."""
+
+    caption: str
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    marked: frozenset[int] = frozenset()
+    source: str = ""
+    folded: bool = False  # shown closed where the medium can
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Note:
+    """A paragraph."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class ProblemItem:
+    """A problem with what would cure it."""
+
+    code: str
+    severity: Literal["error", "warning", "info"]
+    subject: str
+    message: str
+    help: str
+
+
+@dataclass(frozen=True)
+class ProblemList:
+    """Problems, the worst first; empty: none were found."""
+
+    items: tuple[ProblemItem, ...]
+
+
+@dataclass(frozen=True)
+class FigureBlock:
+    """A figure by its name in :mod:`splinebba_cli.report.figures`; `subject` is a spline's id."""
+
+    figure: str
+    caption: str
+    alt: str
+    subject: str = ""
+
+
+Block = Facts | Table | Note | ProblemList | FigureBlock
+
+
+@dataclass(frozen=True)
+class Section:
+    """A titled part of the report; `id` is stable, for links."""
+
+    id: str
+    title: str
+    blocks: tuple[Block, ...]
+
+
+@dataclass(frozen=True)
+class Report:
+    """Everything that is said, in the order of saying."""
+
+    title: str
+    subtitle: str
+    verdict: Verdict
+    key_facts: Facts
+    sections: tuple[Section, ...]
+
+
+def cell_text(column: Column, cell: Cell) -> str:
+    """A cell as text: fixed decimals, a plain minus so that numbers can be copied, a dash for no value."""
+    if cell is None:
+        return "–"
+    if isinstance(cell, str):
+        return cell
+    if column.decimals is None:
+        return f"{cell:d}" if isinstance(cell, int) else f"{cell:g}"
+    text = f"{cell:.{column.decimals}f}"
+    return text[1:] if text.startswith("-") and not text.strip("-0.") else text

@@ -1,0 +1,61 @@
+"""A report from a result folder, so that it can be built again at any time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+from splinebba_cli.output.atomic import write_file_atomically
+from splinebba_cli.report.blocks import Report
+from splinebba_cli.report.result_data import ResultData
+from splinebba_cli.report.sections import build_report
+
+ReportFormat = Literal["html", "text"]
+_FILES: dict[ReportFormat, str] = {"html": "report.html", "text": "report.txt"}
+
+
+def write_report(result_dir: Path, format: ReportFormat, out: Path | None = None) -> Path:
+    """Build the report of a result folder and write it.
+
+    Parameters
+    ----------
+    result_dir : Path
+        A folder that ``adjust`` wrote: result.json and the tables beside it.
+    format : {"html", "text"}
+    out : Path, optional
+        The file to write; by default ``report.html`` or ``report.txt`` in `result_dir`.
+
+    Returns
+    -------
+    Path
+        The file written.
+
+    Raises
+    ------
+    OutputError
+        SBB602 if it is no result folder, SBB601 if the file cannot be written.
+    """
+    return write_reports(result_dir, [format], out)[0]
+
+
+def write_reports(result_dir: Path, formats: Sequence[ReportFormat], out: Path | None = None) -> list[Path]:
+    """Like :func:`write_report` for several formats; the data are read once."""
+    data = ResultData.load(result_dir)
+    report = build_report(data)
+    written = []
+    for name in formats:
+        path = out if out is not None else result_dir / _FILES[name]
+        write_file_atomically(path, _rendered(report, data, name))
+        written.append(path)
+    return written
+
+
+def _rendered(report: Report, data: ResultData, format: ReportFormat) -> str:
+    if format == "html":
+        from splinebba_cli.report.html import render_html
+
+        return render_html(report, data)
+    from splinebba_cli.report.text import render_text
+
+    return render_text(report)

@@ -1,0 +1,128 @@
+"""From a matplotlib figure to SVG inside of the page: colours follow the page, same drawing, same bytes."""
+
+from __future__ import annotations
+
+import io
+import re
+import warnings
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# Colours that matplotlib writes; the page replaces them by its own, for light and dark.
+INK, MUTED, GRID = "#101112", "#505152", "#d0d1d2"
+STATION, WARN = "#c00005", "#c00006"
+ROLE_COLOURS = {"control": "#c00001", "partial": "#c00002", "tie": "#c00003", "check": "#c00004"}
+_VARIABLES = {
+    INK: "var(--ink)",
+    MUTED: "var(--muted)",
+    GRID: "var(--rule)",
+    STATION: "var(--station)",
+    WARN: "var(--bad)",
+    **{colour: f"var(--role-{role})" for role, colour in ROLE_COLOURS.items()},
+}
+Margins = tuple[float, float, float, float, float]
+_STYLE: Any = {
+    "svg.fonttype": "none",
+    "font.family": "sans-serif",
+    "font.size": 8.5,
+    "axes.edgecolor": MUTED,
+    "axes.labelcolor": INK,
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "bold",
+    "axes.titlecolor": INK,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.useoffset": False,
+    "grid.color": GRID,
+    "grid.linewidth": 0.6,
+    "text.color": INK,
+    "text.parse_math": False,  # ids of the user may hold a dollar sign
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "legend.frameon": False,
+    "lines.linewidth": 1.4,
+    "path.simplify": True,
+    "path.simplify_threshold": 0.3,
+    "figure.facecolor": "none",
+    "axes.facecolor": "none",
+    "savefig.facecolor": "none",
+}
+
+
+def svg_of(
+    draw: Callable[[Figure], None],
+    size_inch: tuple[float, float],
+    salt: str,
+    *,
+    margins: Margins | None = None,
+) -> str:
+    """Draw a figure and give its SVG element.
+
+    Parameters
+    ----------
+    draw : callable
+        Draws into the empty figure that it gets.
+    size_inch : (width, height)
+    salt : str
+        Makes the ids of clip paths in this figure different from those of other figures on the page.
+    margins : tuple, optional
+        Left, bottom, right, top of the axes and the gap between them, as fractions; by default they are
+        computed, which takes longer than the drawing.
+
+    Returns
+    -------
+    str
+        ``<svg …>…</svg>`` without width and height; the same drawing gives the same text.
+    """
+    import matplotlib as mpl
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(), warnings.catch_warnings():
+        mpl.rcdefaults()
+        mpl.rcParams.update(_STYLE)
+        mpl.rcParams["svg.hashsalt"] = salt
+        figure = Figure(figsize=size_inch, layout="constrained" if margins is None else None)
+        if margins is not None:
+            figure.subplots_adjust(*margins[:4], wspace=margins[4])
+        canvas = FigureCanvasSVG(figure)
+        draw(figure)
+        stream = io.StringIO()
+        warnings.filterwarnings(
+            "ignore", "Glyph .* missing", UserWarning
+        )  # text stays text: the page has fonts
+        canvas.print_svg(stream, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})  # type: ignore[no-untyped-call]
+    return _clean(stream.getvalue())
+
+
+def _clean(svg: str) -> str:
+    """Only the element, small and without what a page must not have twice."""
+    svg = svg[svg.index("<svg ") :]
+    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
+    svg = re.sub(r"<!--.*?-->", "", svg, flags=re.DOTALL)
+    head, rest = svg.split(">", 1)
+    head = re.sub(r' (width|height|version|xmlns:xlink)="[^"]*"', "", head)
+    used = set(re.findall(r"(?:url\(#|href=\"#)([^\")]+)", rest))
+    rest = re.sub(r' id="([^"]*)"', lambda m: m.group(0) if m.group(1) in used else "", rest)
+    rest = rest.replace("xlink:href", "href")
+    rest = re.sub(r' (?:d|transform|x|y)="[^"]*"', lambda m: _rounded(m.group(0)), rest)
+    rest = re.sub(r"font: (?:(bold) )?([\d.]+)px [^;\"]*", _font, rest)
+    for colour, variable in _VARIABLES.items():
+        rest = rest.replace(colour, variable)
+    rest = re.sub(r"\n\s*", "\n", rest)
+    return f"{head}>{rest}".strip()
+
+
+def _rounded(attribute: str) -> str:
+    return re.sub(r"(\.\d\d)\d+", r"\1", attribute)
+
+
+def _font(match: re.Match[str]) -> str:
+    weight = "font-weight: 600; " if match.group(1) else ""
+    return f"{weight}font-size: {match.group(2)}px"

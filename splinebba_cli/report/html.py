@@ -1,0 +1,110 @@
+"""report.html: one self-contained file, no network, light and dark, for the screen, the phone and paper."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from splinebba_cli.report.blocks import (
+    Block,
+    Cell,
+    Facts,
+    FigureBlock,
+    Note,
+    ProblemList,
+    Report,
+    Table,
+    cell_text,
+)
+from splinebba_cli.report.result_data import ResultData
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+    from markupsafe import Markup
+
+_TEMPLATES = Path(__file__).parent / "templates"
+_ROWS = 2000
+_KINDS: dict[type, str] = {
+    Facts: "facts",
+    FigureBlock: "figure",
+    Note: "note",
+    ProblemList: "problems",
+    Table: "table",
+}
+
+
+def render_html(report: Report, data: ResultData) -> str:
+    """The whole page.
+
+    Parameters
+    ----------
+    report : Report
+        What is said.
+    data : ResultData
+        What the figures are drawn from.
+
+    Returns
+    -------
+    str
+        HTML; the same report and data give the same text.
+    """
+    environment = _environment()
+    environment.filters["figure"] = _figure_filter(data)
+    template = environment.get_template("report.html.j2")
+    return template.render(report=report, row_limit=_ROWS)
+
+
+def _environment() -> Environment:
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+    from markupsafe import Markup
+
+    environment = Environment(
+        loader=FileSystemLoader(_TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters["kind"] = _kind
+    environment.filters["code"] = _code
+    environment.filters["cell"] = lambda cell, column: cell_text(column, cell)
+    environment.filters["sort_key"] = _sort_key
+    environment.globals["style"] = Markup((_TEMPLATES / "style.css").read_text(encoding="utf-8"))
+    environment.globals["script"] = Markup((_TEMPLATES / "report.js").read_text(encoding="utf-8"))
+    return environment
+
+
+def _kind(block: Block) -> str:
+    return _KINDS[type(block)]
+
+
+def _figure_filter(data: ResultData) -> Callable[[FigureBlock], Markup]:
+    return partial(_figure, data)
+
+
+def _figure(data: ResultData, block: FigureBlock) -> Markup:
+    """The drawing as markup: matplotlib has escaped every text in it."""
+    from markupsafe import Markup
+
+    from splinebba_cli.report.figures import draw
+
+    return Markup(draw(block, data))
+
+
+def _code(text: str) -> Markup:
+    """Text with `names` in backticks set as code; everything is escaped."""
+    from markupsafe import Markup, escape
+
+    return Markup("").join(
+        Markup("<code>{}</code>").format(part) if number % 2 else escape(part)
+        for number, part in enumerate(re.split(r"`([^`]*)`", text))
+    )
+
+
+def _sort_key(cell: Cell) -> str:
+    """The value by which the page sorts a numeric cell."""
+    return "" if cell is None else cell if isinstance(cell, str) else f"{cell:.9g}"

@@ -1,0 +1,129 @@
+"""Histogram of standardized residuals, residuals per image, convergence."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from splinebba_cli.core.network import FloatArray
+from splinebba_cli.report.canvas import INK, MUTED, ROLE_COLOURS, STATION, svg_of
+from splinebba_cli.report.result_data import ResultData
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_LIMIT = 5.0
+_LABELLED_BARS = 60
+_SERIES = (("points", STATION), ("splines", ROLE_COLOURS["tie"]))
+
+
+def histogram(data: ResultData) -> str:
+    """SVG: standardized residuals of points and splines against N(0, 1)."""
+    table = data.residuals
+    x, y, across = (table.numbers(f"standardized_{name}") for name in ("x", "y", "across"))
+    series = {"points": np.concatenate([x, y]), "splines": across}
+    series = {name: values[np.isfinite(values)] for name, values in series.items()}
+
+    def draw(figure: Figure) -> None:
+        axes = figure.add_subplot()
+        bins = np.linspace(-_LIMIT, _LIMIT, 41).tolist()
+        for name, colour in _SERIES:
+            values = series[name]
+            if len(values):
+                label = f"{name}: {len(values)} values, rms {np.sqrt(np.mean(values**2)):.2f}"
+                shown = np.clip(values, -_LIMIT + 1e-9, _LIMIT - 1e-9)
+                axes.hist(
+                    shown, bins, density=True, histtype="stepfilled", color=colour, alpha=0.30, label=label
+                )
+                axes.hist(shown, bins, density=True, histtype="step", color=colour, linewidth=1.1)
+        grid = np.linspace(-_LIMIT, _LIMIT, 201)
+        axes.plot(grid, np.exp(-0.5 * grid**2) / np.sqrt(2 * np.pi), color=INK, label="N(0, 1)")
+        axes.set_xlim(-_LIMIT, _LIMIT)
+        axes.set_xlabel(f"standardized residual w; values beyond ±{_LIMIT:g} are in the last bins")
+        axes.set_ylabel("density")
+        axes.legend(loc="upper right", fontsize=8)
+
+    return svg_of(draw, (7.6, 3.0), "histogram")
+
+
+def image_residuals(data: ResultData) -> str:
+    """SVG: rms residual of every image, in pixels where the pixel size is known, else in micrometres."""
+    images = data["residuals"]["images"]
+    pixels = all(
+        image[group]["n"] == 0 or image[group]["rms_px"] is not None
+        for image in images
+        for group, _ in _SERIES
+    )
+    values = {group: _rms(images, group, pixels) for group, _ in _SERIES}
+    present = [(group, colour) for group, colour in _SERIES if np.isfinite(values[group]).any()]
+    few = len(images) <= _LABELLED_BARS
+
+    def draw(figure: Figure) -> None:
+        axes = figure.add_subplot()
+        width = 0.8 / max(len(present), 1)
+        for number, (group, colour) in enumerate(present):
+            if few:
+                position = np.arange(len(images)) - 0.4 + (number + 0.5) * width
+                axes.bar(position, np.nan_to_num(values[group]), width, color=colour, alpha=0.8, label=group)
+            else:
+                axes.plot(values[group], ".", color=colour, markersize=3, label=group)
+        if few:
+            names = [image["id"] for image in images]
+            axes.set_xticks(np.arange(len(images)), names, rotation=90 if len(images) > 12 else 0)
+        else:
+            axes.set_xlabel("number of the image in the table")
+            axes.set_ylim(bottom=0.0)
+        spare = 0.5 * max(8 - len(images), 0)
+        axes.set_xlim(-0.6 - spare, len(images) - 0.4 + spare)
+        axes.grid(visible=False, axis="x")
+        axes.set_ylabel(f"rms residual [{'px' if pixels else 'µm'}]")
+        figure.legend(loc="outside upper right", ncols=2, fontsize=8)
+
+    return svg_of(draw, (7.6, 2.7), "image_residuals")
+
+
+def _rms(images: list[dict[str, Any]], group: str, pixels: bool) -> FloatArray:
+    key, factor = ("rms_px", 1.0) if pixels else ("rms_mm", 1e3)
+    return factor * np.array([image[group][key] for image in images], dtype=float)
+
+
+def convergence(data: ResultData) -> str:
+    """SVG: cost and largest step of every iteration."""
+    log = data["convergence"]
+    number = np.arange(1, len(log) + 1)
+    cost = np.array([line["cost"] for line in log], dtype=float)
+    step = np.array([line["step"] for line in log], dtype=float)
+    stages = [line["stage"] for line in log]
+    starts = [i for i in range(len(log)) if i == 0 or stages[i] != stages[i - 1]]
+
+    def draw(figure: Figure) -> None:
+        left, right = figure.subplots(1, 2)
+        for axes, values, title in ((left, cost, "v′Pv"), (right, step, "Largest step [σ]")):
+            positive = np.where(values > 0, values, np.nan)
+            axes.plot(number, positive, "o-", color=STATION, markersize=3)
+            if np.isfinite(positive).any():
+                axes.set_yscale("log")
+                axes.yaxis.set_major_formatter("{x:g}")
+                axes.yaxis.set_minor_formatter("")
+            axes.set_title(title)
+            axes.set_xlabel("iteration")
+            axes.xaxis.get_major_locator().set_params(integer=True)
+            axes.grid(visible=False, axis="x")
+            axes.set_xlim(0.5, len(log) + 0.5)
+            for start in starts:
+                if start:
+                    axes.axvline(start + 0.5, color=MUTED, linewidth=0.7, linestyle=(0, (3, 3)))
+                axes.annotate(
+                    stages[start],
+                    (start + 0.55, 1.0),
+                    xycoords=("data", "axes fraction"),
+                    xytext=(1, -2),
+                    textcoords="offset points",
+                    va="top",
+                    fontsize=7,
+                    color=MUTED,
+                    rotation=90 if len(log) > 25 else 0,
+                )
+
+    return svg_of(draw, (7.6, 2.7), "convergence")

@@ -1,0 +1,245 @@
+"""Residuals of image points, of control and priors, and what the conditions take."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from splinebba_cli.report.blocks import Block, Cell, Column, Fact, Facts, FigureBlock, Note, Section, Table
+from splinebba_cli.report.result_data import ResultData
+from splinebba_cli.report.scale import angle_scale, length_scale
+
+CRITICAL = 3.29  # Baarda: normal distribution, two-sided, alpha0 = 0.001
+_WORST = 20
+_CONDITIONS = ("gauge", "datum")
+
+
+def residuals_section(data: ResultData) -> Section:
+    """Residuals of image points: histogram, per group, per image, the worst ones."""
+    residuals = data["residuals"]
+    if not any(group["n"] for group in residuals["groups"]):
+        return Section("residuals", "Residuals of image points", ())
+    blocks: list[Block] = [_groups_table(residuals)]
+    if data.residuals.rows:
+        histogram = (
+            "Standardized residuals w = v / (σ₀ √q_vv) against the standard normal distribution. "
+            "Points give two values each (x and y), image points on splines one (across)."
+        )
+        blocks.append(
+            FigureBlock("histogram", histogram, "Histogram of standardized residuals with the normal curve")
+        )
+    bars = (
+        "Root mean square of the residuals of every image: points per coordinate, splines across the curve."
+    )
+    blocks.append(FigureBlock("image_residuals", bars, "Root mean square residual of every image as bars"))
+    blocks.append(_images_table(residuals))
+    if data.residuals.rows:
+        blocks += _worst(data)
+    return Section("residuals", "Residuals of image points", tuple(blocks))
+
+
+def _in_pixels(residuals: dict[str, Any]) -> bool:
+    return any(group["rms_px"] is not None for group in residuals["groups"])
+
+
+def _groups_table(residuals: dict[str, Any]) -> Table:
+    names = {"points": "Points, per coordinate", "splines": "Splines, across the curve"}
+    pixels = _in_pixels(residuals)
+    columns = [
+        Column("Group", numeric=False),
+        Column("Image points"),
+        Column("RMS", "µm", 2),
+        Column("Largest", "µm", 2),
+    ]
+    columns += [Column("RMS", "px", 3), Column("Largest", "px", 3)] if pixels else []
+    columns.append(Column("Redundancy", "", 2))
+    rows = []
+    for group in residuals["groups"]:
+        row: list[Cell] = [names[group["group"]], group["n"], *_lengths(group, pixels), group["redundancy"]]
+        rows.append(tuple(row))
+    note = f"Residuals are {residuals['sign'].replace('-', '−')}."
+    return Table("Residuals by group", tuple(columns), tuple(rows), note=note)
+
+
+def _lengths(summary: dict[str, Any], pixels: bool) -> list[Cell]:
+    cells: list[Cell] = [None if summary[key] is None else 1e3 * summary[key] for key in ("rms_mm", "max_mm")]
+    return cells + ([summary["rms_px"], summary["max_px"]] if pixels else [])
+
+
+def _images_table(residuals: dict[str, Any]) -> Table:
+    pixels = _in_pixels(residuals)
+    columns = [Column("Image", numeric=False)]
+    for group in ("points", "splines"):
+        columns += [
+            Column(f"On {group}"),
+            Column(f"RMS {group}", "µm", 2),
+            Column(f"Largest {group}", "µm", 2),
+        ]
+        columns += [Column(f"RMS {group}", "px", 3), Column(f"Largest {group}", "px", 3)] if pixels else []
+    rows = []
+    for image in residuals["images"]:
+        row: list[Cell] = [image["id"]]
+        for group in ("points", "splines"):
+            row += [image[group]["n"], *_lengths(image[group], pixels)]
+        rows.append(tuple(row))
+    return Table(
+        "Residuals by image", tuple(columns), tuple(rows), source="result.json", folded=len(rows) > 60
+    )
+
+
+def _worst(data: ResultData) -> list[Block]:
+    table = data.residuals
+    w = np.stack([table.numbers(f"standardized_{name}") for name in ("x", "y", "across")], axis=1)
+    size = np.nan_to_num(np.abs(w), nan=0.0)
+    row_size = size.max(axis=1)
+    tested, beyond = int(np.isfinite(w).sum()), int((size > CRITICAL).sum())
+    order = np.argsort(-row_size, kind="stable")[:_WORST]
+    v = np.stack([table.numbers(f"residual_{name}_mm") for name in ("x", "y", "across")], axis=1)
+    names = ("x", "y", "across")
+    rows: list[tuple[Cell, ...]] = []
+    for i in order.tolist():
+        j = int(size[i].argmax())
+        rows.append(
+            (
+                table["image"][i],
+                table["kind"][i],
+                table["feature"][i],
+                names[j],
+                1e3 * float(v[i, j]),
+                float(w[i, j]),
+            )
+        )
+    columns = (
+        Column("Image", numeric=False),
+        Column("Kind", numeric=False),
+        Column("Feature", numeric=False),
+        Column("Direction", numeric=False),
+        Column("v", "µm", 2),
+        Column("w", "", 2),
+    )
+    marked = frozenset(k for k, i in enumerate(order.tolist()) if row_size[i] > CRITICAL)
+    expected = f"expected of good measurements: {0.001 * tested:.1f}"
+    note = f"{beyond} of {tested} tested residuals have |w| > {CRITICAL} ({expected})."
+    return [
+        Table("Largest standardized residuals", columns, tuple(rows), marked, "residuals.csv"),
+        Note(note),
+    ]
+
+
+def priors_section(data: ResultData) -> Section:
+    """Residuals of control and prior equations."""
+    table = data.priors
+    groups = [group for group in data["residuals"]["priors"] if group["kind"] not in _CONDITIONS]
+    if not groups:
+        return Section("priors", "Control and priors", ())
+    blocks: list[Block] = []
+    columns = (
+        Column("Kind", numeric=False),
+        Column("Equations"),
+        Column("RMS", numeric=False),
+        Column("Largest", numeric=False),
+        Column("Redundancy", "", 2),
+    )
+    rows: list[tuple[Cell, ...]] = []
+    for group in groups:
+        scale = (angle_scale if group["unit"] == "deg" else length_scale)([group["rms"]])
+        rows.append(
+            (
+                group["kind"],
+                group["n"],
+                scale.text(group["rms"]),
+                scale.text(group["max"]),
+                group["redundancy"],
+            )
+        )
+    blocks.append(Table("Residuals by kind", columns, tuple(rows)))
+    if table.rows:
+        for unit in ("m", "deg"):
+            block = _prior_rows(data, unit)
+            blocks += [block] if block is not None else []
+    return Section("priors", "Control and priors", tuple(blocks))
+
+
+def _prior_rows(data: ResultData, unit: str) -> Table | None:
+    table = data.priors
+    residual, sigma, redundancy = (table.numbers(name) for name in ("residual", "sigma", "redundancy"))
+    chosen = [
+        i for i in range(table.rows) if table["unit"][i] == unit and table["kind"][i] not in _CONDITIONS
+    ]
+    if not chosen:
+        return None
+    scale = (angle_scale if unit == "deg" else length_scale)([float(sigma[i]) for i in chosen])
+    columns = (
+        Column("Kind", numeric=False),
+        Column("Subject", numeric=False),
+        Column("Component", numeric=False),
+        Column("Adjusted − given", scale.unit, scale.decimals),
+        Column("σ given", scale.unit, scale.decimals),
+        Column("v / σ", "", 2),
+        Column("Redundancy number", "", 3),
+    )
+    rows: list[tuple[Cell, ...]] = []
+    for i in chosen:
+        ratio = float(residual[i] / sigma[i]) if sigma[i] > 0 else None
+        head = (table["kind"][i], table["subject"][i], table["component"][i])
+        rows.append(
+            (*head, scale.of(float(residual[i])), scale.of(float(sigma[i])), ratio, float(redundancy[i]))
+        )
+    marked = frozenset(k for k, row in enumerate(rows) if isinstance(row[5], float) and abs(row[5]) > 3.0)
+    caption = "Residuals of angles" if unit == "deg" else "Residuals of coordinates"
+    return Table(caption, columns, tuple(rows), marked, "prior_residuals.csv", folded=len(rows) > 60)
+
+
+def conditions_section(data: ResultData) -> Section:
+    """How many gauge and datum conditions there are, and what they take."""
+    s = data["statistics"]
+    if not s["conditions"]:
+        return Section("conditions", "Gauge and datum", (Note("No gauge or datum condition was needed."),))
+    cost_share = _share(s["condition_cost"], s["vtpv"])
+    redundancy_share = _share(s["condition_redundancy"], s["redundancy"])
+    items = [
+        Fact("Conditions", f"{s['conditions']}", f"datum: {data['settings']['datum']}"),
+        Fact("Rank defect of measurements and priors", f"{s['rank_defect']}"),
+        Fact("Share of v′Pv", cost_share, "0 where the conditions are pure gauge"),
+        Fact(
+            "Share of the redundancy",
+            redundancy_share,
+            "part that the conditions bring, not the measurements",
+        ),
+    ]
+    blocks: list[Block] = [Facts(tuple(items))]
+    rows: list[tuple[Cell, ...]] = []
+    for group in data["residuals"]["priors"]:
+        if group["kind"] in _CONDITIONS:
+            scale = (angle_scale if group["unit"] == "deg" else length_scale)([group["rms"]])
+            rows.append(
+                (
+                    group["kind"],
+                    group["n"],
+                    scale.text(group["rms"]),
+                    scale.text(group["max"]),
+                    group["redundancy"],
+                )
+            )
+    if rows:
+        columns = (
+            Column("Kind", numeric=False),
+            Column("Equations"),
+            Column("RMS", numeric=False),
+            Column("Largest", numeric=False),
+            Column("Redundancy", "", 3),
+        )
+        blocks.append(
+            Table("Residuals of the conditions", columns, tuple(rows), source="prior_residuals.csv")
+        )
+    text = (
+        "Knots of a free spline may slide along the curve without changing it. Weak conditions along it "
+        "keep them in place; the shape of the curve and its precision across do not depend on them."
+    )
+    blocks.append(Note(text))
+    return Section("conditions", "Gauge and datum", tuple(blocks))
+
+
+def _share(part: float | None, whole: float | None) -> str:
+    return f"{100 * part / whole:.2f} %" if part is not None and whole else "–"

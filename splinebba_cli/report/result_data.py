@@ -1,0 +1,87 @@
+"""What a report is made from: result.json and, when they are needed, the tables beside it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from splinebba_cli.core.network import FloatArray
+from splinebba_cli.output.columns import ReadTable, read_table
+from splinebba_cli.output.result_json import load_result_json
+
+_RESIDUAL_COLUMNS = (
+    "kind",
+    "image",
+    "feature",
+    "residual_x_mm",
+    "residual_y_mm",
+    "residual_across_mm",
+    "standardized_x",
+    "standardized_y",
+    "standardized_across",
+)
+
+
+@dataclass(frozen=True)
+class SplineSamples:
+    """Points along one spline with the standard ellipse across it."""
+
+    u: FloatArray  # (n,)
+    xyz: FloatArray  # (n, 3) m
+    across: FloatArray  # (n, 2) semi-axes, m, larger first
+    direction: FloatArray  # (n, 3) of the larger semi-axis
+
+
+class ResultData:
+    """The data of a result folder; without a folder (console summary) the tables are empty.
+
+    Parameters
+    ----------
+    content : dict
+        Content of result.json.
+    folder : Path, optional
+    """
+
+    def __init__(self, content: dict[str, Any], folder: Path | None = None) -> None:
+        self.content = content
+        self._folder = folder
+
+    @classmethod
+    def load(cls, folder: Path) -> ResultData:
+        """Read a result folder; OutputError SBB602 if it is none."""
+        return cls(load_result_json(folder), folder)
+
+    def __getitem__(self, key: str) -> Any:
+        return self.content[key]
+
+    @cached_property
+    def residuals(self) -> ReadTable:
+        """Residuals of image points: the columns that the report needs."""
+        return self._read("residuals", _RESIDUAL_COLUMNS)
+
+    @cached_property
+    def priors(self) -> ReadTable:
+        """Residuals of control, priors and conditions."""
+        return self._read("prior_residuals")
+
+    @cached_property
+    def samples_by_spline(self) -> dict[str, SplineSamples]:
+        """Points along every spline, by its id."""
+        table = self._read("spline_samples")
+        if not table.rows:
+            return {}
+        u = table.numbers("u")
+        xyz = np.stack([table.numbers(f"{axis}_m") for axis in "xyz"], axis=1)
+        across = np.stack([table.numbers(f"sigma_across_{axis}_m") for axis in ("major", "minor")], axis=1)
+        direction = np.stack([table.numbers(f"major_direction_{axis}") for axis in "xyz"], axis=1)
+        rows: dict[str, list[int]] = {}
+        for row, name in enumerate(table["spline"]):
+            rows.setdefault(name, []).append(row)
+        return {name: SplineSamples(u[i], xyz[i], across[i], direction[i]) for name, i in rows.items()}
+
+    def _read(self, name: str, columns: tuple[str, ...] | None = None) -> ReadTable:
+        return ReadTable({}) if self._folder is None else read_table(self._folder, name, columns)

@@ -1,0 +1,70 @@
+"""Units and decimals for people: a standard deviation of 0.0123 m is shown as 12.3 mm."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+_LENGTHS = (("km", 1e-3), ("m", 1.0), ("mm", 1e3), ("µm", 1e6), ("nm", 1e9))
+_ANGLES = (("°", 1.0), ("′", 60.0), ("″", 3600.0), ("m″", 3.6e6))
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Factor from metres (or degrees) to `unit`, and decimals for three digits of the typical value."""
+
+    unit: str
+    factor: float
+    decimals: int
+
+    def of(self, value: float | None) -> float | None:
+        """The value in `unit`; None stays None."""
+        return None if value is None else value * self.factor
+
+    def text(self, value: float | None) -> str:
+        """Value and unit as text."""
+        return "–" if value is None else f"{value * self.factor:.{self.decimals}f} {self.unit}"
+
+
+def length_scale(metres: Iterable[float | None]) -> Scale:
+    """Unit and decimals for lengths of the size of `metres`: mm for most work, m or µm where far off."""
+    typical = _typical(metres)
+    if typical is None:
+        return Scale("mm", 1e3, 1)
+    unit, factor = _LENGTHS[1]
+    if typical < 0.5:
+        unit, factor = next((u, f) for u, f in _LENGTHS[2:] if typical * f >= 0.05 or u == "nm")
+    elif typical >= 5e4:
+        unit, factor = _LENGTHS[0]
+    return Scale(unit, factor, _decimals(typical * factor))
+
+
+def angle_scale(degrees: Iterable[float | None]) -> Scale:
+    """Unit and decimals for small angles: seconds of arc as a rule."""
+    typical = _typical(degrees)
+    if typical is None:
+        return Scale("″", 3600.0, 1)
+    unit, factor = _ANGLES[2]
+    if typical >= 1.0:
+        unit, factor = _ANGLES[0]
+    elif typical * 3600.0 < 0.01:
+        unit, factor = _ANGLES[3]
+    return Scale(unit, factor, _decimals(typical * factor))
+
+
+def position_decimals(sigma_metres: Iterable[float | None]) -> int:
+    """Decimals of coordinates in metres: two digits of the typical standard deviation, 3 at least."""
+    typical = _typical(sigma_metres)
+    return 3 if typical is None else min(max(3, 1 - math.floor(math.log10(typical))), 9)
+
+
+def _typical(values: Iterable[float | None]) -> float | None:
+    """Median of the values that are neither missing nor zero."""
+    found = sorted(abs(x) for x in values if x is not None and x != 0.0 and math.isfinite(x))
+    return found[len(found) // 2] if found else None
+
+
+def _decimals(value: float) -> int:
+    """Decimals that show three digits."""
+    return min(max(0, 2 - math.floor(math.log10(value))), 4)

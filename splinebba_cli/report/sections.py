@@ -1,0 +1,243 @@
+"""What a report says, in the order in which an engineer asks: verdict, problems, results, evidence."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from splinebba_cli.report.blocks import (
+    Block,
+    Fact,
+    Facts,
+    FigureBlock,
+    Note,
+    ProblemItem,
+    ProblemList,
+    Report,
+    Section,
+    Verdict,
+)
+from splinebba_cli.report.feature_sections import checks_section, points_section, splines_section
+from splinebba_cli.report.orientation_section import cameras_section, orientation_section
+from splinebba_cli.report.residual_sections import conditions_section, priors_section, residuals_section
+from splinebba_cli.report.result_data import ResultData
+from splinebba_cli.report.run_sections import convergence_section, provenance_section
+from splinebba_cli.report.scale import length_scale
+
+_SEVERITIES = ("error", "warning", "info")
+
+
+def build_report(data: ResultData) -> Report:
+    """All sections of the report of one adjustment.
+
+    Parameters
+    ----------
+    data : ResultData
+        Content of a result folder.
+
+    Returns
+    -------
+    Report
+        Plain data for the renderers (:mod:`.text`, :mod:`.html`).
+    """
+    provenance = data["provenance"]
+    project = provenance.get("project", {})
+    program = provenance.get("program", {})
+    written = provenance.get("timestamps", {}).get("written", "")
+    subtitle = " · ".join(
+        part
+        for part in (
+            project.get("file", ""),
+            f"{program.get('name', 'splinebba')} {program.get('version', '')}".strip(),
+            written.replace("T", " ").replace("Z", " UTC"),
+        )
+        if part
+    )
+    sections = [
+        problems_section(data),
+        statistics_section(data),
+        plan_section(data),
+        orientation_section(data),
+        splines_section(data),
+        points_section(data),
+        checks_section(data),
+        residuals_section(data),
+        priors_section(data),
+        conditions_section(data),
+        cameras_section(data),
+        convergence_section(data),
+        provenance_section(data),
+    ]
+    return Report(
+        title=project.get("name") or "Adjustment",
+        subtitle=subtitle,
+        verdict=verdict(data),
+        key_facts=key_facts(data),
+        sections=tuple(section for section in sections if section is not None and section.blocks),
+    )
+
+
+def verdict(data: ResultData) -> Verdict:
+    """Whether the result can be used, and the reason."""
+    status, statistics = data["status"], data["statistics"]
+    count = {s: sum(p["severity"] == s for p in data["problems"]) for s in _SEVERITIES}
+    if not status["converged"]:
+        return Verdict(
+            "bad",
+            "Not converged",
+            f"The iterations ended with: {status['termination']}. Do not use these results.",
+        )
+    test = statistics["global_test"]
+    test_text = _test_sentence(statistics)
+    if count["error"]:
+        criteria = _plural(count["error"], "problem")
+        return Verdict(
+            "bad", "Adjusted, but not acceptable", f"{criteria} below must be solved first. {test_text}"
+        )
+    if test is None:
+        return Verdict("warning", "Adjusted, but without any check", test_text)
+    if not test["passed"]:
+        return Verdict("warning", "Adjusted, but the global test failed", test_text)
+    if count["warning"]:
+        return Verdict("warning", f"Adjusted, with {_plural(count['warning'], 'warning')}", test_text)
+    return Verdict("good", "Adjusted and accepted", test_text)
+
+
+def _test_sentence(statistics: dict[str, Any]) -> str:
+    test, sigma0 = statistics["global_test"], statistics["sigma0"]
+    if test is None or sigma0 is None:
+        return (
+            "The redundancy is 0: no observation checks another; the precision rests on the declared σ alone."
+        )
+    value = f"σ̂₀ = {sigma0:.4f} against σ₀ = {statistics['sigma0_prior']:g}"
+    interval = f"accepted from {test['lower']:.1f} to {test['upper']:.1f} at α = {test['alpha']:g}"
+    bounds = f"χ² = {test['statistic']:.1f}, {interval}"
+    if test["passed"]:
+        return f"{value}: the residuals agree with the declared precision ({bounds})."
+    if test["statistic"] > test["upper"]:
+        return (
+            f"{value}: the residuals are larger than the declared σ allow ({bounds}). Look for gross errors "
+            "and systematic residuals first; otherwise the measurements are less precise than declared."
+        )
+    return (
+        f"{value}: the residuals are smaller than the declared σ ({bounds}). "
+        "The measurements are more precise than declared; state a smaller σ."
+    )
+
+
+def _plural(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def key_facts(data: ResultData) -> Facts:
+    """The few numbers on top."""
+    statistics, images, splines = data["statistics"], data["images"], data["splines"]
+    sigma0 = statistics["sigma0"]
+    position = [image["sigma"][axis] for image in images for axis in "xyz"]
+    items = [
+        Fact("σ̂₀", "–" if sigma0 is None else f"{sigma0:.4f}", f"a priori {statistics['sigma0_prior']:g}"),
+        Fact("Redundancy", f"{statistics['redundancy']}", f"{statistics['observations']} observations"),
+    ]
+    for group in data["residuals"]["groups"]:
+        if group["n"]:
+            name = "RMS, points" if group["group"] == "points" else "RMS across, splines"
+            unit = (
+                f"{group['rms_px']:.3f} px"
+                if group["rms_px"] is not None
+                else f"{1e3 * group['rms_mm']:.2f} µm"
+            )
+            items.append(Fact(name, unit, _plural(group["n"], "image point")))
+    if images:
+        largest = max((s for s in position if s is not None), default=None)
+        items.append(
+            Fact(
+                "Largest σ of a station", length_scale([largest]).text(largest), _plural(len(images), "image")
+            )
+        )
+    across = [
+        spline["sigma_across"]["mean"] for spline in splines if spline["sigma_across"]["mean"] is not None
+    ]
+    if across:
+        mean = sum(across) / len(across)
+        items.append(
+            Fact("Mean σ across splines", length_scale([mean]).text(mean), _plural(len(splines), "spline"))
+        )
+    return Facts(tuple(items), headline=True)
+
+
+def problems_section(data: ResultData) -> Section:
+    """Problems and suggestions, the worst first."""
+    problems = sorted(data["problems"], key=lambda p: _SEVERITIES.index(p["severity"]))
+    items = tuple(
+        ProblemItem(p["code"], p["severity"], p["subject"], p["message"], p["help"]) for p in problems
+    )
+    return Section("problems", "Problems and suggestions", (ProblemList(items),))
+
+
+def statistics_section(data: ResultData) -> Section:
+    """Counts, variance of unit weight, global test."""
+    s = data["statistics"]
+    test = s["global_test"]
+    items = [
+        Fact("Observations", f"{s['observations']}", "image coordinates, control and prior equations"),
+        Fact("Unknowns", f"{s['unknowns']}", "locations on splines included"),
+        Fact(
+            "Gauge and datum conditions",
+            f"{s['conditions']}",
+            f"they fill a rank defect of {s['rank_defect']}",
+        ),
+        Fact("Redundancy", f"{s['redundancy']}", "observations + conditions − unknowns"),
+        Fact(
+            "Sum of redundancy numbers",
+            _number(s["sum_redundancy_numbers"], ".4f"),
+            "must equal the redundancy",
+        ),
+        Fact("v′Pv", _number(s["vtpv"], ".4f")),
+        Fact("σ₀ a priori", f"{s['sigma0_prior']:g}"),
+        Fact("σ̂₀ a posteriori", _number(s["sigma0"], ".5f")),
+    ]
+    if test is not None:
+        text = f"{test['statistic']:.2f} in [{test['lower']:.2f}, {test['upper']:.2f}]"
+        if not test["passed"]:
+            text = text.replace(" in ", " not in ")
+        passed = "passed" if test["passed"] else "failed"
+        note = f"two-sided, α = {test['alpha']:g}: {passed}"
+        items.append(Fact("Global test, χ²", text, note, "good" if test["passed"] else "warning"))
+    scaled = data["settings"]["sigmas_scaled_by_sigma0"]
+    blocks: list[Block] = [Facts(tuple(items)), Facts(_count_facts(data)), Note(_scaling_note(scaled))]
+    return Section("statistics", "Statistics", tuple(blocks))
+
+
+def _number(value: float | None, spec: str) -> str:
+    return "–" if value is None else format(value, spec)
+
+
+def _count_facts(data: ResultData) -> tuple[Fact, ...]:
+    items = [Fact("Images", f"{len(data['images'])}", _plural(len(data["cameras"]), "camera"))]
+    for name in ("splines", "points"):
+        roles: dict[str, int] = {}
+        for feature in data[name]:
+            roles[feature["role"]] = roles.get(feature["role"], 0) + 1
+        note = ", ".join(
+            f"{roles[role]} {role}" for role in ("control", "partial", "tie", "check") if role in roles
+        )
+        items.append(Fact(name.capitalize(), f"{len(data[name])}", note))
+    for group in data["residuals"]["groups"]:
+        items.append(Fact(f"Image points on {group['group']}", f"{group['n']}"))
+    return tuple(items)
+
+
+def _scaling_note(scaled: bool) -> str:
+    if scaled:
+        return "All standard deviations in this report are multiplied by σ̂₀."
+    return "All standard deviations in this report refer to σ₀ a priori."
+
+
+def plan_section(data: ResultData) -> Section:
+    """The block seen from above."""
+    caption = (
+        "Block seen along the Z axis: camera stations, footprints at the mean height of the object where the "
+        "image format is known, splines by role, points. Y points up (grid north in a map frame)."
+    )
+    counts = [_plural(len(data[name + "s"]), name) for name in ("image", "spline", "point")]
+    alt = f"Plan of {counts[0]}, {counts[1]} and {counts[2]}"
+    return Section("plan", "Block plan", (FigureBlock("block_plan", caption, alt),))

@@ -1,0 +1,1 @@
+"""Synthetic blocks with truth: geometry, features, noise."""

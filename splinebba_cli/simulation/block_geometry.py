@@ -1,0 +1,66 @@
+"""Where the images of a simulated block are taken from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinebba_cli.core.network import FloatArray
+
+# Lee (2008), table 5.3: X0, Y0, Z0 (m), omega, phi, kappa (deg); legible in full
+LEE_TABLE_5_3 = np.array(
+    [
+        [3000.0, 4002.0, 503.0, 0.1146, 0.0573, 5.7296],
+        [3305.0, 4005.0, 499.0, 0.1432, 0.0859, -5.7296],
+        [3610.0, 3995.0, 505.0, 0.1719, 0.4584, 2.8648],
+        [3613.0, 4613.0, 507.0, 0.2865, -0.0573, 185.6383],
+        [3303.0, 4617.0, 493.0, -0.1432, 0.4011, 173.0333],
+        [2997.0, 4610.0, 509.0, -0.1833, -0.2865, 181.6276],
+    ]
+)
+
+
+@dataclass(frozen=True)
+class BlockGeometry:
+    """Exterior orientations and the one camera of a block."""
+
+    eop: FloatArray  # (m, 6) omega, phi, kappa (rad), X0, Y0, Z0 (m)
+    principal_distance_mm: float
+    format_mm: tuple[float, float]  # width, height
+    origin: FloatArray  # (3,) of the local frame, metres
+
+
+def six_image_block(format_mm: tuple[float, float] = (230.0, 230.0)) -> BlockGeometry:
+    """The two strips of three images of Lee (2008), table 5.3.
+
+    c = 150 mm and the exterior orientations are Lee's.  The format is not given there; 230 mm yields the 60 %
+    forward and 20 % side overlap of the text, at about 470 m above ground.
+    """
+    eop = np.column_stack([np.radians(LEE_TABLE_5_3[:, 3:]), LEE_TABLE_5_3[:, :3]])
+    return BlockGeometry(eop, 150.0, format_mm, np.zeros(3))
+
+
+def strip(
+    images: int = 5,
+    base_m: float = 300.0,
+    height_m: float = 500.0,
+    tilt_deg: float = 1.0,
+    origin: tuple[float, float, float] = (7_672_000.0, 512_000.0, 0.0),
+) -> BlockGeometry:
+    """One strip along X with nearly vertical views; the origin is as large as real coordinates are.
+
+    Parameters
+    ----------
+    images : number of images
+    base_m : distance of neighbouring stations
+    height_m : height of the stations above the zero of the local frame
+    tilt_deg : standard deviation of omega, phi and kappa; positions vary by a hundredth of the height
+    """
+    generator = np.random.default_rng(53)
+    eop = np.empty((images, 6))
+    eop[:, :3] = generator.normal(0.0, np.radians(tilt_deg), (images, 3))
+    eop[:, 3:] = generator.normal(0.0, 0.01 * height_m, (images, 3))
+    eop[:, 3] += base_m * np.arange(images)
+    eop[:, 5] += height_m
+    return BlockGeometry(eop, 150.0, (230.0, 230.0), np.asarray(origin))

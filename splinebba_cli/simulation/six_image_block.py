@@ -1,0 +1,156 @@
+"""Simulated blocks with truth: Lee's six images with splines, splines and points, one segment; and a strip.
+
+Geometry and places of measurement are the same for every seed; the seed draws noise and wrong starts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinebba_cli.core.network import FloatArray, Network
+from splinebba_cli.simulation.assembly import assemble
+from splinebba_cli.simulation.block_geometry import BlockGeometry, six_image_block, strip
+from splinebba_cli.simulation.feature_geometry import (
+    Feature,
+    PointFeatures,
+    check_spline,
+    control_spline,
+    partial_control_spline,
+    road,
+    scattered_points,
+    shore,
+    tie_spline,
+)
+from splinebba_cli.simulation.noise import Noise
+from splinebba_cli.simulation.truth import Truth
+
+# Lee (2008), second segment of the spline of tables 5.4 and 5.7: a0..a3, b0..b3, c0..c3 as columns X, Y, Z
+LEE_SEGMENT = np.array(
+    [[3335.0, 4343.0, 52.0], [70.5, 63.0, 8.0], [-48.75, -28.5, -39.0], [16.25, 9.5, 13.0]]
+)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A block, what lies on the ground, and how it is measured."""
+
+    block: BlockGeometry
+    features: tuple[Feature, ...]
+    points: PointFeatures
+    points_per_curve: int  # measured points for every curve and image that sees it
+    eop_sigma: FloatArray | None = None  # (6,) of observed exterior orientations (rad, m); None: not observed
+
+
+def simulate_block(
+    kind: str,
+    seed: int = 1,
+    noise_um: float = 5.0,
+    start_position_m: float = 3.0,
+    start_angle_deg: float = 1.0,
+    start_knots_m: float = 1.5,
+) -> tuple[Network, Truth]:
+    """A network with measurements and wrong starts, and what it was made from.
+
+    Parameters
+    ----------
+    kind : "six-image", "six-image-mixed", "six-image-singular" or "strip"
+    seed : int
+        Of the noise and the starts.
+    noise_um : float
+        Standard deviation of measured photo coordinates.  0 makes all measurements and given values exact;
+        the network then still states 5 µm.
+    start_position_m, start_angle_deg, start_knots_m : float
+        Largest error of an approximate perspective centre, angle and knot, in every coordinate.
+
+    Returns
+    -------
+    network : Network
+        Gauge conditions refer to the true knots, so that the truth is a solution of noise-free measurements.
+    truth : Truth
+
+    Raises
+    ------
+    KeyError
+        If the kind is unknown; names the known ones.
+    """
+    if kind not in SCENES:
+        raise KeyError(f"unknown kind of block {kind!r}; known are {', '.join(SCENES)}")
+    noise = Noise(1e-3 * noise_um, start_position_m, float(np.radians(start_angle_deg)), start_knots_m)
+    scene = SCENES[kind]()
+    return assemble(
+        scene.block, scene.features, scene.points, scene.points_per_curve, scene.eop_sigma, noise, seed
+    )
+
+
+# every free feature lies where at least two images see it; the lake in the overlap of both strips
+TIE_1 = road((2985.0, 3860.0), (3255.0, 4400.0), 7, 25.0)
+TIE_2 = road((3610.0, 3850.0), (3370.0, 4400.0), 7, -25.0)
+TIE_3 = road((3225.0, 4800.0), (2990.0, 4440.0), 5, 20.0)
+LAKE = shore((3235.0, 4315.0), 80.0, 8)
+NORTH_EAST = road((3390.0, 4430.0), (3600.0, 4820.0), 5, 20.0)
+
+
+def _six_image() -> Scene:
+    """Two control splines across the block, a partial control spline, three tie splines and a closed one."""
+    features = (
+        control_spline("control-1", road((2780.0, 4330.0), (3840.0, 4290.0), 9, 40.0)),
+        control_spline("control-2", road((3330.0, 3760.0), (3270.0, 4860.0), 9, 35.0)),
+        partial_control_spline("partial-1", NORTH_EAST),
+        tie_spline("tie-1", TIE_1),
+        tie_spline("tie-2", TIE_2),
+        tie_spline("tie-3", TIE_3),
+        tie_spline("lake", LAKE, closed=True),
+    )
+    return Scene(six_image_block(), features, PointFeatures(), 30)
+
+
+def _six_image_mixed() -> Scene:
+    """Control, tie and check points together with partial control, tie and check splines."""
+    features = (
+        partial_control_spline("partial-1", road((2985.0, 4350.0), (3620.0, 4270.0), 7, 35.0)),
+        tie_spline("tie-1", TIE_1),
+        tie_spline("tie-2", TIE_2),
+        tie_spline("lake", LAKE, closed=True),
+        check_spline("check-1", NORTH_EAST),
+    )
+    control = np.array([[2990, 3800], [3620, 3790], [3615, 4810], [2985, 4820], [3300, 4300], [3305, 3990]])
+    points = scattered_points((2960.0, 3700.0, 3640.0, 4910.0), control.astype(float), 40, 6, 0.02)
+    return Scene(six_image_block(), features, points, 30)
+
+
+def _six_image_singular() -> Scene:
+    """Lee's table 5.7: six free orientations, one fixed segment, four measured points an image.
+
+    24 equations across the curve against 36 unknown orientation elements.  The format is widened to 260 mm:
+    the segment lies beyond the corner of a 230 mm one in some images.
+    """
+    feature = Feature("control-1", "control", LEE_SEGMENT, np.zeros_like(LEE_SEGMENT), family="free_cubic")
+    return Scene(six_image_block((260.0, 260.0)), (feature,), PointFeatures(), 4)
+
+
+def _strip() -> Scene:
+    """Five images with observed orientations, one control spline at one end, ties across the strip.
+
+    No road runs along the strip: a line in the direction of the bases has no depth.
+    """
+    features = (
+        control_spline("control-1", road((-150.0, 180.0), (60.0, -220.0), 6, 25.0)),
+        tie_spline("tie-1", road((10.0, -200.0), (400.0, 210.0), 7, 25.0)),
+        tie_spline("tie-2", road((480.0, 210.0), (860.0, -200.0), 7, -25.0)),
+        tie_spline("tie-3", road((920.0, -190.0), (1190.0, 210.0), 6, 20.0)),
+    )
+    control = np.array([[1210.0, 190.0], [1190.0, -210.0]])
+    points = scattered_points((-30.0, -230.0, 1220.0, 230.0), control, 25, 3, 0.02)
+    sigma = np.array([*np.radians([0.005, 0.005, 0.008]), 0.05, 0.05, 0.08])
+    return Scene(strip(), features, points, 30, sigma)
+
+
+SCENES: dict[str, Callable[[], Scene]] = {
+    "six-image": _six_image,
+    "six-image-mixed": _six_image_mixed,
+    "six-image-singular": _six_image_singular,
+    "strip": _strip,
+}
