@@ -58,6 +58,7 @@ def adjust(
         from splinebba_cli.project.acceptance import violations
         from splinebba_cli.project.adjusted import adjusted_project
         from splinebba_cli.project.loading import load_project
+        from splinebba_cli.report.build import write_reports
 
         start = time.perf_counter()
         loaded = load_project(project)
@@ -75,7 +76,7 @@ def adjust(
             adjusted_files=adjusted_project(loaded, result, directory),
             dispersion=dispersion.value,
             tables=tables.value,
-            html=html,
+            reports=lambda folder: write_reports(folder, ["text", "html"] if html else ["text"]),
             timings={"read": read - start, "adjust": adjusted - read, **result.timings},
         )
         log.detail(f"read {read - start:.2f} s, adjusted {adjusted - read:.2f} s")

@@ -118,10 +118,12 @@ def _print_budget(loaded: LoadedProject, found: Budget, format: CheckFormat) -> 
         console.print(problem_text(problem) + "\n", markup=False, soft_wrap=True)
     number = counts(loaded)
     console.print(loaded.name, style="bold", markup=False)
-    lines = (
+    measured = (
         f"  {number['images']} images, {number['splines']} splines with {number['spline_observations']} "
-        f"measured points, {number['points']} points with {number['point_observations']} measured points",
-        f"  {found.equations} equations, {found.unknowns} unknowns, rank {found.rank}, "
-        f"nullity {found.nullity}, redundancy {found.redundancy} (before gauge and datum conditions)",
+        f"measured points, {number['points']} points with {number['point_observations']} measured points"
     )
-    console.print("\n".join(lines), markup=False, soft_wrap=True)
+    budget = (
+        f"  {found.equations} equations, {found.unknowns} unknowns, rank {found.rank}, "
+        f"nullity {found.nullity}, redundancy {found.redundancy} (before gauge and datum conditions)"
+    )
+    console.print(f"{measured}\n{budget}", markup=False, soft_wrap=True)

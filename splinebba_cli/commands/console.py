@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -41,7 +42,8 @@ class Log:
 
     def iteration(self, step: Iteration) -> None:
         """Progress of an adjustment: one line an iteration."""
-        self.say(f"{step.stage:>8} {step.number:3d}   vᵀPv {step.cost:14.6g}   step {step.step:9.3g} σ")
+        moved = f"   step {step.step:9.3g} σ" if math.isfinite(step.step) else ""
+        self.say(f"{step.stage:>8} {step.number:3d}   vᵀPv {step.cost:14.6g}{moved}")
 
     def warnings(self, diagnostics: Sequence[Diagnostic]) -> None:
         """Warnings of a project."""

@@ -28,6 +28,8 @@ from splinebba_cli.errors import NotConvergedError, SingularNetworkError
 CURVE_DAMPING = 1e-3  # starting value where curves are adjusted
 POINTS_NEEDED = 3
 CALMING_ROUNDS = 4
+REFINEMENT_ROUNDS = 3
+ENOUGH = 0.995  # of the cost: less gain is not worth another round
 
 
 def adjust(network: Network, *, observer: Observer | None = None, full_dispersion: bool = False) -> AdjustmentResult:
@@ -96,6 +98,7 @@ def points_only(network: Network) -> Network:
 def _solve(
     prepared: Prepared, state: State, record: Observer, stage: str, *, select: bool = False
 ) -> ConditionedSolution:
+    """Solve one stage; knots that the program spaces itself keep all their conditions."""
     settings = prepared.network.settings
     layout = _layout(prepared, state)
     control = value_rows(prepared, layout.coefficient_mask)
@@ -103,7 +106,7 @@ def _solve(
     return solve_with_conditions(
         prepared, layout, control, gauge, state,
         max_iterations=settings.max_iterations, stage=stage, damping=CURVE_DAMPING if len(gauge) else 0.0,
-        observer=record, select=select,
+        observer=record, select=select and settings.knots.spacing_m is None,
     )  # fmt: skip
 
 
@@ -117,12 +120,9 @@ def _layout(prepared: Prepared, state: State) -> ParameterLayout:
 def _final(prepared: Prepared, state: State, record: Observer) -> tuple[Prepared, ConditionedSolution]:
     """The joint solution, or the reason why there is none."""
     try:
-        solved = _solve(prepared, state, record, "joint", select=True)
-        for _ in range(CALMING_ROUNDS):
-            if solved.solution.converged or not solved.solution.restless or not prepared.network.settings.knots.drop:
-                break
-            prepared, state = calmed(prepared, solved.solution.state, solved.solution.restless, record)
-            solved = _solve(prepared, state, record, "joint", select=True)
+        prepared, solved = _joint(prepared, state, record)
+        if prepared.network.settings.knots.spacing_m is not None and solved.solution.converged:
+            prepared, solved = _with_better_curves(prepared, solved, record)
     except FloatingPointError as error:
         problem = Problem("SBB505", "error", str(error), "approximate values", "check signs, units and rotation sequence")
         raise NotConvergedError([problem]) from error
@@ -130,3 +130,28 @@ def _final(prepared: Prepared, state: State, record: Observer) -> tuple[Prepared
     return prepared, solved
 
 
+def _joint(prepared: Prepared, state: State, record: Observer) -> tuple[Prepared, ConditionedSolution]:
+    """Everything together; curves that keep it from settling get fewer knots where the settings allow that."""
+    solved = _solve(prepared, state, record, "joint", select=True)
+    for _ in range(CALMING_ROUNDS):
+        if solved.solution.converged or not solved.solution.restless or not prepared.network.settings.knots.drop:
+            break
+        prepared, state = calmed(prepared, solved.solution.state, solved.solution.restless, record)
+        solved = _solve(prepared, state, record, "joint", select=True)
+    return prepared, solved
+
+
+def _with_better_curves(
+    prepared: Prepared, solved: ConditionedSolution, record: Observer
+) -> tuple[Prepared, ConditionedSolution]:
+    """Curves refined once more with the joint orientations, as long as the joint solution gains by it."""
+    for _ in range(REFINEMENT_ROUNDS):
+        other, state = refine_curves(prepared, solved.solution.state, record, spaced=True)
+        other, trial = _joint(other, state, record)
+        cost = solved.solution.linearization.cost
+        if not trial.solution.converged or trial.solution.linearization.cost > cost:
+            break
+        prepared, solved = other, trial
+        if trial.solution.linearization.cost > ENOUGH * cost:
+            break
+    return prepared, solved

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from splinebba_cli.core.estimation.counts import count_equations
 from splinebba_cli.core.approximation.starting_values import starting_state
-from splinebba_cli.core.estimation.null_names import describe
+from splinebba_cli.core.estimation.counts import count_equations
 from splinebba_cli.core.estimation.normal_equations import Assembler
+from splinebba_cli.core.estimation.null_names import describe
 from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.estimation.rank_diagnosis import null_space
 from splinebba_cli.core.network import IntArray, Network
@@ -98,7 +98,9 @@ def _features(network: Network, assembler: Assembler, held: IntArray) -> tuple[F
         free = int(layout.coefficient_mask[rows].sum())
         seen = len(np.unique(observed.image[observed.curve == k])) if len(network.curves) <= 2000 else -1
         features.append(
-            FeatureBudget("spline", curve.id, seen, int(count[k]), int(2 * count[k]), free + int(count[k] - held_of[k]))
+            FeatureBudget(
+                "spline", curve.id, seen, int(count[k]), int(2 * count[k]), free + int(count[k] - held_of[k])
+            )
         )
     rays = np.bincount(network.point_observations.point, minlength=len(network.points.ids))
     free_points = layout.point_mask.sum(axis=1)
@@ -114,11 +116,17 @@ def _images(network: Network) -> tuple[ImageBudget, ...]:
     count = len(network.images.ids)
     spline_points = np.bincount(observed.image, minlength=count)
     points = np.bincount(network.point_observations.image, minlength=count)
-    pairs = np.unique(observed.image * max(len(network.curves), 1) + observed.curve) // max(len(network.curves), 1)
+    pairs = np.unique(observed.image * max(len(network.curves), 1) + observed.curve) // max(
+        len(network.curves), 1
+    )
     splines = np.bincount(pairs, minlength=count)
     return tuple(
         ImageBudget(
-            id_, int(spline_points[k]), int(points[k]), int(splines[k]), int(2 * (spline_points[k] + points[k]))
+            id_,
+            int(spline_points[k]),
+            int(points[k]),
+            int(splines[k]),
+            int(2 * (spline_points[k] + points[k])),
         )
         for k, id_ in enumerate(network.images.ids)
     )

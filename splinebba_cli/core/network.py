@@ -60,7 +60,9 @@ class Images:
     @property
     def has_orientation(self) -> BoolArray:
         """Whether an approximate orientation is given, (m,)."""
-        return np.isfinite(self.position).all(axis=1) & np.isfinite(self.rotation).all(axis=(1, 2))
+        return np.asarray(
+            np.isfinite(self.position).all(axis=1) & np.isfinite(self.rotation).all(axis=(1, 2))
+        )
 
 
 @dataclass(frozen=True)

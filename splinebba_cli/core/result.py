@@ -153,7 +153,7 @@ class CheckSpline:
     """Distance across, adjusted curve to the given shape, at the given points."""
 
     id: str
-    distance: FloatArray  # (q,) signed 0.. distance normal to the curve, m
+    distance: FloatArray  # (q,) normal to the curve, m; NaN beyond an end of an open curve
     rms: float
     largest: float
     sigma_mean: float
@@ -161,6 +161,8 @@ class CheckSpline:
 
 @dataclass(frozen=True)
 class Checks:
+    """Check points and check splines against what was given for them."""
+
     points: tuple[CheckPoint, ...] = ()
     splines: tuple[CheckSpline, ...] = ()
 

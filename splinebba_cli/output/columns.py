@@ -111,7 +111,7 @@ def _pyarrow() -> tuple[Any, Any]:
         raise OutputError(
             "SBB406",
             "Parquet tables need pyarrow",
-            "pip install 'splinebba-cli[parquet]', or use --tables csv",
+            "pip install 'splinebba[parquet]', or use --tables csv",
         ) from error
 
 

@@ -1,4 +1,4 @@
-"""Residuals in few numbers: count, root mean square and largest, per group, image and spline.
+"""Residuals in few numbers: count, root mean square and largest, per kind, group of the project, image and spline.
 
     image points of points    per coordinate: rms = sqrt(Σ (v_x² + v_y²) / 2n), max = largest |v_x| or |v_y|
     image points on splines   across the curve: rms = sqrt(Σ v_n² / n), max = largest |v_n|
@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.network import CurveObservations, FloatArray, IntArray, PointObservations
 from splinebba_cli.core.result import AdjustmentResult, PriorResidual
 from splinebba_cli.output.tables import ANGLES
 
@@ -29,23 +29,16 @@ def residual_summary(result: AdjustmentResult) -> Summary:
     by_image = _per_index(point_v, point_pixel, points.image, len(images))
     curves_by_image = _per_index(across, curve_pixel, curves.image, len(images))
     by_curve = _per_index(across, curve_pixel, curves.curve, len(result.curves))
-    point_redundancy = float(np.nansum(result.point_residuals.redundancy))
-    curve_redundancy = float(np.nansum(result.curve_residuals.redundancy))
+    point_redundancy, curve_redundancy = result.point_residuals.redundancy, result.curve_residuals.redundancy
     return {
         "sign": "adjusted - measured",
+        "kinds": [
+            _kind("points", point_v, point_pixel, point_redundancy),
+            _kind("splines", across, curve_pixel, curve_redundancy),
+        ],
         "groups": [
-            {
-                "group": "points",
-                "coordinates": 2,
-                **_summary(point_v, point_pixel),
-                "redundancy": point_redundancy,
-            },
-            {
-                "group": "splines",
-                "coordinates": 1,
-                **_summary(across, curve_pixel),
-                "redundancy": curve_redundancy,
-            },
+            *_groups("points", points, point_v, point_pixel, point_redundancy),
+            *_groups("splines", curves, across, curve_pixel, curve_redundancy),
         ],
         "priors": _prior_groups(result.prior_residuals),
         "images": [
@@ -65,6 +58,34 @@ def _pixel_sizes(result: AdjustmentResult) -> FloatArray:
     return sizes[result.network.images.camera]
 
 
+def _kind(kind: str, residual_mm: FloatArray, pixel_mm: FloatArray, redundancy: FloatArray) -> Summary:
+    """Summary of image points of one kind, with the number of residuals each has and their redundancy."""
+    summary = _summary(residual_mm, pixel_mm)
+    return {
+        "kind": kind,
+        "coordinates": residual_mm.shape[1],
+        **summary,
+        "redundancy": float(np.nansum(redundancy)),
+    }
+
+
+def _groups(
+    kind: str,
+    observed: PointObservations | CurveObservations,
+    residual_mm: FloatArray,
+    pixel_mm: FloatArray,
+    redundancy: FloatArray,
+) -> list[Summary]:
+    """Summary of every group of observations of the project, by the name that it has there."""
+    if observed.group is None:
+        return [{"group": kind, **_kind(kind, residual_mm, pixel_mm, redundancy)}] if len(observed) else []
+    rows = _rows_of(observed.group, len(observed.group_names))
+    return [
+        {"group": name, **_kind(kind, residual_mm[row], pixel_mm[row], redundancy[row])}
+        for name, row in zip(observed.group_names, rows, strict=True)
+    ]
+
+
 def _summary(residual_mm: FloatArray, pixel_mm: FloatArray) -> Summary:
     """Summary of residuals (n, 1 or 2) with the pixel size of each (n,)."""
     if not residual_mm.size:
@@ -80,11 +101,15 @@ def _summary(residual_mm: FloatArray, pixel_mm: FloatArray) -> Summary:
 
 
 def _per_index(residual_mm: FloatArray, pixel_mm: FloatArray, index: IntArray, count: int) -> list[Summary]:
-    """The summary of every image or spline: rows grouped by `index`."""
+    """The summary of every image or spline."""
+    return [_summary(residual_mm[row], pixel_mm[row]) for row in _rows_of(index, count)]
+
+
+def _rows_of(index: IntArray, count: int) -> list[IntArray]:
+    """The rows in which `index` is 0, 1, … count - 1."""
     order = np.argsort(index, kind="stable")
     bounds = np.searchsorted(index[order], np.arange(count + 1))
-    rows = [order[bounds[i] : bounds[i + 1]] for i in range(count)]
-    return [_summary(residual_mm[row], pixel_mm[row]) for row in rows]
+    return [order[bounds[i] : bounds[i + 1]] for i in range(count)]
 
 
 def _prior_groups(priors: tuple[PriorResidual, ...]) -> list[Summary]:

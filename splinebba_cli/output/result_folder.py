@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Literal
 
@@ -41,7 +41,7 @@ def write_result_folder(
     adjusted_files: Mapping[str, str],
     dispersion: DispersionChoice = "blocks",
     tables: TableFormat = "csv",
-    html: bool = True,
+    reports: Callable[[Path], object] | None = None,
     timings: Mapping[str, float] | None = None,
 ) -> None:
     """Write everything that `adjust` promises; the folder is the old one or the new one, never a mixture.
@@ -58,8 +58,8 @@ def write_result_folder(
     dispersion : {"full", "blocks", "none"}
         What ``dispersion.npz`` holds; "none" writes no such file.
     tables : {"csv", "parquet"}
-    html : bool
-        Whether ``report.html`` is written beside ``report.txt``.
+    reports : callable, optional
+        Writes the reports into the new folder, whose path it gets, before that takes the place of the old one.
     timings : mapping, optional
         Seconds per stage, by default those of `result`.
 
@@ -68,8 +68,6 @@ def write_result_folder(
     OutputError
         SBB601, SBB602, SBB406: cannot be written, not a result folder, pyarrow missing.
     """
-    from splinebba_cli.report.build import write_reports
-
     with replace_directory(directory, is_result_folder) as folder:
         origin = provenance(loaded, timings if timings is not None else result.timings)
         content = result_to_dict(result, origin)
@@ -80,7 +78,8 @@ def write_result_folder(
             _write(_inside(folder, name), text)
         if dispersion != "none":
             write_dispersion(folder / "dispersion.npz", dispersion_arrays(result, full=dispersion == "full"))
-        write_reports(folder, ["text", "html"] if html else ["text"])
+        if reports is not None:
+            reports(folder)
         _keep_foreign_files(directory, folder, set(adjusted_files))
 
 

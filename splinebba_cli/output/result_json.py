@@ -260,7 +260,7 @@ def _checks(result: AdjustmentResult) -> dict[str, Any]:
         "splines": [
             {
                 "id": spline.id,
-                "n": len(spline.distance),
+                "n": int(np.isfinite(spline.distance).sum()),
                 "rms": spline.rms,
                 "max": spline.largest,
                 "sigma_mean": spline.sigma_mean,

@@ -49,7 +49,8 @@ class PhotoFrame:
             return measured
         if frame == "photo_um":
             return np.asarray(measured * 1e-3)
-        assert self.pixel_size_mm is not None and self.origin_px is not None
+        assert self.pixel_size_mm is not None
+        assert self.origin_px is not None
         scale = self.pixel_size_mm * np.array([1.0, -1.0])
         return np.asarray((measured + (_SHIFT[frame] - self.origin_px)) * scale)
 

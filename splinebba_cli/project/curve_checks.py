@@ -86,11 +86,8 @@ def _check_rows(curve: Curve, where: _Where) -> bool:
 
 
 def _check_distances(curve: Curve, where: _Where) -> bool:
-    steps = (
-        np.diff(curve.values, axis=0, append=curve.values[:1] if curve.closed else None)
-        if curve.closed
-        else (np.diff(curve.values, axis=0))
-    )
+    knots = np.vstack([curve.values, curve.values[:1]]) if curve.closed else curve.values
+    steps = np.diff(knots, axis=0)
     same = np.flatnonzero(np.linalg.norm(steps, axis=1) == 0.0)
     if not len(same):
         return True

@@ -16,7 +16,7 @@ from splinebba_cli.project.model import Project
 from splinebba_cli.project.result_schema import result_schema
 from splinebba_cli.project.scalars import NUMBER_PATTERN
 
-SCHEMA_ID = "https://raw.githubusercontent.com/splinebba/splinebba/main/schemas/project.schema.json"
+SCHEMA_ID = "https://splinebba.org/schemas/project.schema.json"
 
 
 class _YamlSchema(GenerateJsonSchema):

@@ -125,6 +125,6 @@ def result_schema() -> Schema:
     )
     head = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "$id": "https://raw.githubusercontent.com/splinebba/splinebba/main/schemas/result.schema.json",
+        "$id": "https://splinebba.org/schemas/result.schema.json",
     }
     return {**head, **content}

@@ -333,12 +333,12 @@ def table_from_parquet(path: Path, *, file: str, collector: Collector, declared_
     try:
         from pyarrow import parquet  # type: ignore[import-untyped,unused-ignore]
     except ImportError:
-        help = "install `splinebba-cli[parquet]`, or write the table as CSV"
+        help = "install `splinebba[parquet]`, or write the table as CSV"
         collector.error("SBB406", "Parquet needs pyarrow, which is not installed", declared_at, help)
         raise TableUnreadableError from None
     try:
         content = parquet.read_table(io.BytesIO(path.read_bytes()))
-    except Exception as error:  # pyarrow raises its own kinds
+    except Exception as error:  # noqa: BLE001 — pyarrow raises its own kinds
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         collector.error("SBB401", f"`{file}` cannot be read: {reason}", declared_at)
         raise TableUnreadableError from None

@@ -11,8 +11,8 @@ if TYPE_CHECKING:
 else:
     Dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
-SCHEMA_URL = "https://raw.githubusercontent.com/splinebba/splinebba/main/schemas/project.schema.json"
-FIRST_LINE = f"# yaml-language-server: $schema={SCHEMA_URL}\n"
+# beside the project; `splinebba schema project > project.schema.json` writes it
+FIRST_LINE = "# yaml-language-server: $schema=project.schema.json\n"
 
 
 class _ProjectDumper(Dumper):

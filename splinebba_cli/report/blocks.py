@@ -85,6 +85,16 @@ class ProblemItem:
     message: str
     help: str
 
+    @property
+    def about(self) -> str:
+        """The subject, unless the message names it already."""
+        return "" if self.subject in self.message else self.subject
+
+    @property
+    def sentence(self) -> str:
+        """Subject and message."""
+        return f"{self.about}: {self.message}" if self.about else self.message
+
 
 @dataclass(frozen=True)
 class ProblemList:

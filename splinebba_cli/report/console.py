@@ -78,7 +78,7 @@ class ConsoleSummary:
         for item in items[:_PROBLEMS]:
             text = Text.assemble(
                 (f"{item.severity}[{item.code}]", _SEVERITY_STYLES[item.severity]),
-                f" {item.subject}: {item.message}",
+                f" {item.sentence}",
             )
             if item.help:
                 text.append(f"\n    help: {item.help}", style="dim")
@@ -129,7 +129,7 @@ def _rich_table(table: Table, width: int) -> Iterator[RenderableType]:
     if len(table.rows) > _ROWS:
         notes.append(f"… and {len(table.rows) - _ROWS} more")
     if len(kept) < len(table.columns):
-        notes.append(f"{len(table.columns) - len(kept)} columns left out, the console is narrow")
+        notes.append(f"{len(table.columns) - len(kept)} columns left out to fit the width")
     if notes:
         yield Text("; ".join(notes) + f" ({table.source})" if table.source else "; ".join(notes), style="dim")
         yield Text()

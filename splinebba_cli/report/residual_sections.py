@@ -44,10 +44,11 @@ def _in_pixels(residuals: dict[str, Any]) -> bool:
 
 
 def _groups_table(residuals: dict[str, Any]) -> Table:
-    names = {"points": "Points, per coordinate", "splines": "Splines, across the curve"}
+    names = {"points": "points, per coordinate", "splines": "splines, across the curve"}
     pixels = _in_pixels(residuals)
     columns = [
         Column("Group", numeric=False),
+        Column("Kind", numeric=False),
         Column("Image points"),
         Column("RMS", "µm", 2),
         Column("Largest", "µm", 2),
@@ -56,7 +57,13 @@ def _groups_table(residuals: dict[str, Any]) -> Table:
     columns.append(Column("Redundancy", "", 2))
     rows = []
     for group in residuals["groups"]:
-        row: list[Cell] = [names[group["group"]], group["n"], *_lengths(group, pixels), group["redundancy"]]
+        row: list[Cell] = [
+            group["group"],
+            names[group["kind"]],
+            group["n"],
+            *_lengths(group, pixels),
+            group["redundancy"],
+        ]
         rows.append(tuple(row))
     note = f"Residuals are {residuals['sign'].replace('-', '−')}."
     return Table("Residuals by group", tuple(columns), tuple(rows), note=note)

@@ -60,7 +60,10 @@ def provenance_section(data: ResultData) -> Section:
         items.append(
             Fact(
                 "Times",
-                ", ".join(f"{stage} {seconds:.2f} s" for stage, seconds in times["timings_s"].items()),
+                ", ".join(
+                    f"{stage.removesuffix('_s')} {seconds:.2f} s"
+                    for stage, seconds in times["timings_s"].items()
+                ),
             )
         )
     columns = (Column("File", numeric=False), Column("SHA-256", numeric=False))

@@ -72,7 +72,7 @@ def build_report(data: ResultData) -> Report:
         subtitle=subtitle,
         verdict=verdict(data),
         key_facts=key_facts(data),
-        sections=tuple(section for section in sections if section is not None and section.blocks),
+        sections=tuple(section for section in sections if section.blocks),
     )
 
 
@@ -137,9 +137,9 @@ def key_facts(data: ResultData) -> Facts:
         Fact("σ̂₀", "–" if sigma0 is None else f"{sigma0:.4f}", f"a priori {statistics['sigma0_prior']:g}"),
         Fact("Redundancy", f"{statistics['redundancy']}", f"{statistics['observations']} observations"),
     ]
-    for group in data["residuals"]["groups"]:
+    for group in data["residuals"]["kinds"]:
         if group["n"]:
-            name = "RMS, points" if group["group"] == "points" else "RMS across, splines"
+            name = "RMS, points" if group["kind"] == "points" else "RMS across, splines"
             unit = (
                 f"{group['rms_px']:.3f} px"
                 if group["rms_px"] is not None
@@ -221,8 +221,8 @@ def _count_facts(data: ResultData) -> tuple[Fact, ...]:
             f"{roles[role]} {role}" for role in ("control", "partial", "tie", "check") if role in roles
         )
         items.append(Fact(name.capitalize(), f"{len(data[name])}", note))
-    for group in data["residuals"]["groups"]:
-        items.append(Fact(f"Image points on {group['group']}", f"{group['n']}"))
+    names = {"points": "Image points of points", "splines": "Image points on splines"}
+    items += [Fact(names[kind["kind"]], f"{kind['n']}") for kind in data["residuals"]["kinds"]]
     return tuple(items)
 
 

@@ -78,7 +78,7 @@ def _problems(problems: ProblemList) -> list[str]:
         return ["None found."]
     lines: list[str] = []
     for item in problems.items:
-        head = f"{item.severity} {item.code}, {item.subject}: {item.message}"
+        head = f"{item.severity} {item.code}: {item.sentence}"
         lines += textwrap.wrap(head, _WIDTH, subsequent_indent="    ", break_long_words=False)
         if item.help:
             lines += textwrap.wrap(

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -35,6 +37,8 @@ from splinebba_cli.core.result import (
     SegmentCoefficients,
     Statistics,
 )
+from splinebba_cli.output.result_folder import write_result_folder
+from splinebba_cli.report.build import write_reports
 
 ORIGIN = np.array([572_000.0, 5_378_000.0, 100.0])
 HEIGHT = 750.0
@@ -48,6 +52,26 @@ class Loaded:
     name: str = "Six images & <two> splines"
     source_hashes: dict[str, str] = field(
         default_factory=lambda: {"block/project.yaml": "ab" * 32, "block/points.csv": "cd" * 32}
+    )
+
+
+def write_results(
+    folder: Path,
+    result: AdjustmentResult,
+    *,
+    loaded: Loaded | None = None,
+    adjusted_files: Mapping[str, str] | None = None,
+    html: bool = True,
+    **options: Any,
+) -> None:
+    """Write a result folder with its reports, as the command `adjust` does."""
+    write_result_folder(
+        folder,
+        result,
+        loaded=loaded or Loaded(),
+        adjusted_files=adjusted_files or {},
+        reports=lambda new: write_reports(new, ["text", "html"] if html else ["text"]),
+        **options,
     )
 
 

@@ -10,9 +10,8 @@ import pytest
 
 from splinebba_cli.errors import OutputError, UsageError
 from splinebba_cli.output.provenance import provenance
-from splinebba_cli.output.result_folder import write_result_folder
 from splinebba_cli.output.result_json import load_result_json
-from tests.output.factory import Loaded, make_result
+from tests.output.factory import Loaded, make_result, write_results
 
 FILES = {
     "adjusted.yaml",
@@ -31,9 +30,7 @@ FILES = {
 
 def _write(folder: Path, **options: Any) -> None:
     options = {"html": False, **options}
-    write_result_folder(
-        folder, make_result(), loaded=Loaded(), adjusted_files={"adjusted.yaml": "a: 1\n"}, **options
-    )
+    write_results(folder, make_result(), adjusted_files={"adjusted.yaml": "a: 1\n"}, **options)
 
 
 def test_all_files_and_the_same_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -89,9 +86,7 @@ def test_refuses_a_folder_that_is_not_its_own(tmp_path: Path) -> None:
 
 def test_adjusted_file_outside_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="outside"):
-        write_result_folder(
-            tmp_path / "a", make_result(), loaded=Loaded(), adjusted_files={"../x": ""}, html=False
-        )
+        write_results(tmp_path / "a", make_result(), adjusted_files={"../x": ""}, html=False)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -70,7 +70,7 @@ def test_fixed_orientation_has_no_sigma_and_no_correlation() -> None:
 def test_residual_summary_against_the_definition() -> None:
     result = make_result()
     residuals = result_to_dict(result)["residuals"]
-    points, splines = residuals["groups"]
+    points, splines = residuals["kinds"]
     v = result.point_residuals.residual
     assert points["rms_mm"] == pytest.approx(np.sqrt(np.mean(v**2)))
     assert points["max_px"] == pytest.approx(np.abs(v).max() / 0.012)
@@ -87,12 +87,31 @@ def test_residual_summary_against_the_definition() -> None:
     assert angle["rms"] == pytest.approx(np.degrees(0.0001))
 
 
+def test_residuals_of_every_group_of_the_project() -> None:
+    result = make_result()
+    observed = result.network.curve_observations
+    group = np.arange(len(observed)) % 2
+    split = replace(observed, group=group, group_names=("first flight", "second flight"))
+    whole = replace(result, network=replace(result.network, curve_observations=split))
+    groups = result_to_dict(whole)["residuals"]["groups"]
+    assert [(g["group"], g["kind"]) for g in groups] == [
+        ("points", "points"),
+        ("first flight", "splines"),
+        ("second flight", "splines"),
+    ]
+    for number, found in enumerate(groups[1:]):
+        across = result.curve_residuals.across[group == number]
+        assert found["n"] == len(across)
+        assert found["rms_mm"] == pytest.approx(np.sqrt(np.mean(across**2)))
+        assert found["redundancy"] == pytest.approx(result.curve_residuals.redundancy[group == number].sum())
+
+
 def test_unknown_pixel_size_is_null() -> None:
     result = make_result()
     camera = replace(result.network.cameras[0], pixel_size_mm=None)
     assert isinstance(camera, Camera)
     network = replace(result.network, cameras=(camera,))
-    points, splines = result_to_dict(replace(result, network=network))["residuals"]["groups"]
+    points, splines = result_to_dict(replace(result, network=network))["residuals"]["kinds"]
     assert points["rms_px"] is None
     assert splines["max_px"] is None
 

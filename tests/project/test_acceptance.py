@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from project_text import written
-from small_result import result_of
 
 from splinebba_cli.core.result import AdjustmentResult, CheckPoint, Checks, CheckSpline, GlobalTest
 from splinebba_cli.project.acceptance import violations
 from splinebba_cli.project.loading import load_project
 from splinebba_cli.project.model import Acceptance
+from tests.project.project_text import written
+from tests.project.small_result import result_of
 
 
 @pytest.fixture

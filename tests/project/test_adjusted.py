@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from project_text import PROJECT, changed, written
-from small_result import result_of
 
 from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.project.adjusted import adjusted_project
 from splinebba_cli.project.loading import LoadedProject, load_project
+from tests.project.project_text import PROJECT, changed, written
+from tests.project.small_result import result_of
 
 
 def readjusted(loaded: LoadedProject, folder: Path, result: AdjustmentResult) -> LoadedProject:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from project_text import PROJECT, changed, written
 
 from splinebba_cli.errors import ProjectError
 from splinebba_cli.project.diagnostics import Diagnostic
 from splinebba_cli.project.loading import load_project
+from tests.project.project_text import PROJECT, changed, written
 
 
 def errors(folder: Path, text: str, **tables: str) -> list[Diagnostic]:

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from project_text import changed, written
 
 from splinebba_cli.core.network import Network
 from splinebba_cli.errors import ProjectError
 from splinebba_cli.project.loading import load_project
+from tests.project.project_text import changed, written
 
 
 def network_of(folder: Path, camera: str, group: str = "") -> Network:

@@ -9,9 +9,9 @@ from typing import Any
 import jsonschema
 import pytest
 import yaml
-from project_text import PROJECT, changed
 
 from splinebba_cli.project.json_schema import project_schema, schema_text
+from tests.project.project_text import PROJECT, changed
 
 SCHEMAS = Path(__file__).parents[2] / "schemas"
 

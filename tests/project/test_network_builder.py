@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from project_text import PROJECT, changed, written
 
 from splinebba_cli.core.network import Network
 from splinebba_cli.project.loading import load_project
+from tests.project.project_text import PROJECT, changed, written
 
 
 def network(folder: Path, text: str = PROJECT) -> Network:

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from project_text import PROJECT, changed, written
 
 from splinebba_cli.errors import ProjectError
 from splinebba_cli.project.diagnostics import Diagnostic
 from splinebba_cli.project.loading import LoadedProject, load_project
+from tests.project.project_text import PROJECT, changed, written
 
 OBSERVATIONS = PROJECT[: PROJECT.index("  points:\n    - sigma_um")]
 

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from project_text import written
 
 from splinebba_cli.core.camera.rotation import rotation_object_from_photo
 from splinebba_cli.core.network import Curve, KnotPolicy, Network, Settings
 from splinebba_cli.errors import OutputError
 from splinebba_cli.project.loading import load_project
 from splinebba_cli.project.writer import write_project
+from tests.project.project_text import written
 
 ORIGIN = np.array([7_672_000.0, 512_000.0, 0.0])
 

@@ -13,10 +13,9 @@ import pytest
 from rich.console import Console
 
 from splinebba_cli.errors import OutputError
-from splinebba_cli.output.result_folder import write_result_folder
 from splinebba_cli.report.build import write_report
 from splinebba_cli.report.text import console_summary
-from tests.output.factory import Loaded, make_result
+from tests.output.factory import Loaded, make_result, write_results
 
 _VOID = {"meta", "br", "input", "link", "path", "use", "rect"}
 
@@ -60,7 +59,7 @@ class _Checker(HTMLParser):
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("report") / "out"
-    write_result_folder(path, make_result(), loaded=Loaded(), adjusted_files={})
+    write_results(path, make_result(), loaded=Loaded())
     return path
 
 
@@ -103,7 +102,7 @@ def test_hostile_ids_in_tables_and_figures(tmp_path: Path) -> None:
     images = replace(result.network.images, ids=(evil, "--><b>", "[bold]"))
     curves = tuple(replace(curve, id=f"{evil}{i}") for i, curve in enumerate(result.network.curves))
     result = replace(result, network=replace(result.network, images=images, curves=curves))
-    write_result_folder(tmp_path / "out", result, loaded=Loaded(name=evil), adjusted_files={})
+    write_results(tmp_path / "out", result, loaded=Loaded(name=evil))
     text = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "<script>alert" not in text
     assert "<b>" not in text
@@ -168,7 +167,7 @@ def test_narrow_console_keeps_its_lines_short() -> None:
     ],
 )
 def test_unusual_blocks(tmp_path: Path, counts: dict[str, int]) -> None:
-    write_result_folder(tmp_path / "out", make_result(**counts), loaded=Loaded(), adjusted_files={})
+    write_results(tmp_path / "out", make_result(**counts), loaded=Loaded())
     assert (tmp_path / "out" / "report.html").stat().st_size > 20_000
 
 
@@ -189,7 +188,7 @@ def test_unknown_values_everywhere(tmp_path: Path) -> None:
         for curve in result.curves
     )
     result = replace(result, network=replace(result.network, cameras=(camera,)), images=images, curves=curves)
-    write_result_folder(tmp_path / "out", result, loaded=Loaded(), adjusted_files={})
+    write_results(tmp_path / "out", result, loaded=Loaded())
     text = (tmp_path / "out" / "report.txt").read_text(encoding="utf-8")
     assert "nan" not in text.replace("Provenance", "")
     Console(file=io.StringIO()).print(console_summary(result))

@@ -9,6 +9,7 @@ re-spaced on the adjusted curve as long as that helps, and inserted where residu
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 
@@ -27,10 +28,10 @@ from splinebba_cli.core.observations.locations import held_locations, search_loc
 from splinebba_cli.core.state import Prepared, State
 
 WAYS = ((False, 1.0), (False, 4.0), (True, 4.0), (False, 2.0), (True, 2.0))  # smooth, first spacing in wanted ones
-POLISHES = 3
+POLISHES = 6
 INSERTIONS = 4
 ITERATIONS = 25
-KNOT_PRICE = 3.0  # of v'Pv that a knot must save: one for each of its coordinates
+KNOT_PRICE = 0.5  # of v'Pv that a knot must save: the wanted spacing is the user's
 FOLD_PRICE = 1.2
 CALMING = 1.25  # times the knot distance of a curve that keeps an adjustment from settling
 
@@ -44,22 +45,28 @@ class Candidate:
     price: FloatArray  # (nc,)
 
 
-def refine_curves(prepared: Prepared, state: State, observer: Observer | None) -> tuple[Prepared, State]:
-    """Curves adjusted with orientations and points held; knots as the settings of the network allow."""
+def refine_curves(
+    prepared: Prepared, state: State, observer: Observer | None, *, spaced: bool = False
+) -> tuple[Prepared, State]:
+    """Curves adjusted with orientations and points held; knots as the settings of the network allow.
+
+    Parameters
+    ----------
+    spaced : whether the knots already follow the settings, so that a curve may also stay as it is
+    """
     policy = prepared.network.settings.knots
     state = search_locations(prepared, state)
     if policy.spacing_m is None:
         best = _adjusted(prepared, state, observer)
     else:
         target = np.array([policy.spacing_m if respaceable(c) else np.nan for c in prepared.network.curves])
-        smooth, factor = WAYS[0]
-        best = _coarse_to_fine(prepared, state, target, smooth, factor, observer)
-        for smooth, factor in WAYS[1:]:
-            best = _better(best, _coarse_to_fine(prepared, state, target, smooth, factor, observer))
+        candidates = [_adjusted(prepared, state, observer)] if spaced else []
+        candidates += [_coarse_to_fine(prepared, state, target, *way, observer) for way in WAYS]
+        best = reduce(_better, candidates)
         for _ in range(POLISHES):
             polished = _adjusted(*respaced_network(best.prepared, best.state, target, smooth=False), observer)
             before, best = best, _better(best, polished)
-            if best.price.sum() > 0.995 * before.price.sum():
+            if best.price.sum() > 0.999 * before.price.sum():
                 break
     if policy.insert:
         best = _insert(best, observer)

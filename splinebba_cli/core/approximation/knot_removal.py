@@ -11,11 +11,9 @@ from dataclasses import replace
 import numpy as np
 
 from splinebba_cli.core.approximation.knot_spacing import present_curve, respaceable, restart
+from splinebba_cli.core.curves.support import supported_knots
 from splinebba_cli.core.network import Curve, FloatArray, IntArray
 from splinebba_cli.core.state import Prepared, State
-
-FEWEST = 4  # measured points in a segment
-
 
 def with_removed_knots(prepared: Prepared, state: State) -> tuple[Prepared, State] | None:
     """The network without unsupported knots; None where all are supported."""
@@ -35,31 +33,6 @@ def with_removed_knots(prepared: Prepared, state: State) -> tuple[Prepared, Stat
                 present, any_change = _reduced(prepared, k, present, own, keep), True
         changed.append(present)
     return restart(prepared.network, tuple(changed), state) if any_change else None
-
-
-def supported_knots(number: IntArray, closed: bool) -> IntArray:
-    """Knots to keep so that every segment has enough measured points, by joining the poorest segments first.
-
-    Parameters
-    ----------
-    number : (S,) measured points per segment
-    """
-    fewest_segments = 3 if closed else 1
-    counts = list(number)
-    knots = list(range(len(number) + (0 if closed else 1)))
-    while len(counts) > fewest_segments and min(counts) < FEWEST:
-        poor = int(np.argmin(counts))
-        if not closed and counts[poor] == 0 and poor in (0, len(counts) - 1):
-            del knots[0 if poor == 0 else -1], counts[poor]
-            continue
-        left, right = (poor - 1) % len(counts), (poor + 1) % len(counts)
-        neighbours = [s for s in (left, right) if closed or abs(s - poor) == 1]
-        other = min(neighbours, key=lambda s: counts[s])
-        first, second = (poor, other) if (poor + 1) % len(counts) == other else (other, poor)
-        del knots[second % len(knots)]  # the knot between them begins the second
-        counts[first] += counts[second]
-        del counts[second]
-    return np.array(knots, dtype=np.int64)
 
 
 def _reduced(prepared: Prepared, k: int, present: Curve, own: FloatArray, keep: IntArray) -> Curve:

@@ -13,6 +13,7 @@ import numpy as np
 
 from splinebba_cli.core.curves.basis import CurveBasis, knot_parameters
 from splinebba_cli.core.curves.natural_cubic import natural_cubic_basis
+from splinebba_cli.core.curves.support import supported_knots
 from splinebba_cli.core.network import Curve, FloatArray, Network
 from splinebba_cli.core.state import Prepared, State, prepare
 
@@ -86,7 +87,7 @@ def respaced(
     u, xyz = _samples(basis, own, located)
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(xyz, axis=0), axis=1))])
     count = max(3 if basis.closed else 1, round(length[-1] / spacing))
-    even = np.linspace(0.0, length[-1], count + 1)
+    even = _supported(np.linspace(0.0, length[-1], count + 1), u, length, located, basis.closed)
     if smooth:
         knots = _least_squares_knots(even, basis.closed, length, xyz)
     else:
@@ -100,6 +101,17 @@ def respaced(
     return replace(
         curve, values=knots, sigma=np.full_like(knots, np.inf), knot_parameters=parameters, reference=None
     )
+
+
+def _supported(
+    even: FloatArray, u: FloatArray, length: FloatArray, located: FloatArray, closed: bool
+) -> FloatArray:
+    """Places of knots without those that would bound a stretch with hardly a measured point."""
+    known = located[np.isfinite(located)]
+    if len(known) < FEWEST_LOCATED or closed:
+        return even
+    number, _ = np.histogram(np.interp(known, u, length), bins=even)
+    return even[supported_knots(number, closed, cut_ends=False)]
 
 
 def _samples(basis: CurveBasis, own: FloatArray, located: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -25,8 +25,8 @@ class CollinearityJacobian:
 
 
 def photo_frame_xyz(rotation: FloatArray, position: FloatArray, object_xyz: FloatArray) -> FloatArray:
-    """p = R' (X - X0), (n, 3) metres; rows in front of the camera have w < 0."""
-    return np.einsum("nji,nj->ni", rotation, object_xyz - position)
+    """Points in the photo frame, p = R' (X - X0), (n, 3) metres; rows in front of the camera have w < 0."""
+    return np.asarray(np.einsum("nji,nj->ni", rotation, object_xyz - position))
 
 
 def project(

@@ -44,7 +44,7 @@ class CurveBasis:
     @property
     def support(self) -> int:
         """Number of coefficients that one u touches."""
-        return self.power.shape[2]
+        return int(self.power.shape[2])
 
     def coefficients_from_values(self, values: FloatArray) -> FloatArray:
         """Coefficients (m, 3) of the user's values (k, 3); k equals m for every family."""
@@ -56,7 +56,7 @@ class CurveBasis:
 
     def values_from_coefficients(self, coefficients: FloatArray) -> FloatArray:
         """The user's values (k, 3) of coefficients (m, 3)."""
-        return np.einsum("kw,kwd->kd", self.value_weights, coefficients[self.value_columns])
+        return np.asarray(np.einsum("kw,kwd->kd", self.value_weights, coefficients[self.value_columns]))
 
     def locate(self, u: ArrayLike) -> tuple[IntArray, FloatArray]:
         """Segment and t of locations; closed curves wrap, open ones extend their end segments."""
@@ -75,7 +75,7 @@ class CurveBasis:
         length = self.break_points[segment + 1] - self.break_points[segment]
         weights = np.einsum("nk,nkw->nw", power_row(t, order), self.power[segment])
         weights = weights / length[:, None] ** order
-        return np.einsum("nw,nwd->nd", weights, coefficients[self.columns[segment]])
+        return np.asarray(np.einsum("nw,nwd->nd", weights, coefficients[self.columns[segment]]))
 
 
 def power_row(t: FloatArray, order: int = 0) -> FloatArray:
@@ -95,7 +95,7 @@ def _solve_rows(columns: IntArray, weights: FloatArray, values: FloatArray) -> F
     if count <= 64:
         matrix = np.zeros((count, count))
         np.add.at(matrix, (np.arange(count)[:, None], columns), weights)
-        return np.linalg.solve(matrix, values)
+        return np.asarray(np.linalg.solve(matrix, values), dtype=float)
     from scipy.sparse import coo_matrix
     from scipy.sparse.linalg import splu
 

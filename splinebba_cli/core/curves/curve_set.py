@@ -63,7 +63,7 @@ class CurveSet:
     @property
     def support(self) -> int:
         """Number of coefficients that one location touches."""
-        return self.power.shape[2]
+        return int(self.power.shape[2])
 
     @property
     def coefficient_count(self) -> int:
@@ -87,7 +87,7 @@ class CurveSet:
     def weights(self, segment: IntArray, t: FloatArray, order: int = 0) -> FloatArray:
         """Basis values, or derivatives d/du of the given order, (n, w)."""
         weights = np.matmul(power_row(t, order)[:, None, :], self.power[segment])[:, 0, :]
-        return weights / self.length[segment, None] ** order if order else weights
+        return np.asarray(weights / self.length[segment, None] ** order if order else weights)
 
     def evaluate(
         self, coefficients: FloatArray, curve: IntArray, u: FloatArray, orders: Sequence[int] = (0,)

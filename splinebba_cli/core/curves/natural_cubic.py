@@ -9,6 +9,8 @@ Equivalent to Lee (3.4)-(3.11) with the corrected closed system; oracle: ``scipy
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from splinebba_cli.core.curves.basis import CurveBasis, knot_parameters
@@ -67,7 +69,7 @@ def _open_tables(parameters: FloatArray, breaks: tuple[int, ...]) -> tuple[Float
     ends = [0, *sorted(breaks), segments]
     if any(not 0 < b < segments for b in breaks) or len(set(ends)) != len(ends):
         raise ValueError("corners must be distinct inner knots")
-    for start, stop in zip(ends[:-1], ends[1:], strict=True):
+    for start, stop in pairwise(ends):
         piece_power, piece_columns = _natural_piece(parameters[start : stop + 1])
         power[start:stop] = piece_power
         columns[start:stop] = piece_columns + start

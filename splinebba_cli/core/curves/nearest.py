@@ -39,7 +39,8 @@ def nearest_on_curve(
         first, second = basis.evaluate(u, coefficients, 1), basis.evaluate(u, coefficients, 2)
         square = np.sum(first * first, axis=1)
         hessian = square + np.sum(difference * second, axis=1)
-        step = -np.sum(difference * first, axis=1) / np.where(hessian > 0.2 * square, hessian, np.maximum(square, 1e-300))
+        curvature = np.where(hessian > 0.2 * square, hessian, np.maximum(square, 1e-300))
+        step = -np.sum(difference * first, axis=1) / curvature
         u = u + np.clip(step, -spacing, spacing)
         if not basis.closed:
             u = np.clip(u, breaks[0], breaks[-1])

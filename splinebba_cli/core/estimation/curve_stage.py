@@ -17,7 +17,7 @@ from splinebba_cli.core.estimation.damping import curve_costs
 from splinebba_cli.core.estimation.gauss_markov import Observer
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
-from splinebba_cli.core.observations.locations import held_locations, search_locations
+from splinebba_cli.core.observations.locations import held_locations, refine_locations, search_locations
 from splinebba_cli.core.result import Iteration
 from splinebba_cli.core.state import State
 
@@ -48,7 +48,7 @@ def solve_curves(
     folds = folded_segments(assembler.prepared, state.coefficients)
     for number in range(1, max_iterations + 1):
         trial_state = _step(assembler, at, damping)
-        trial, trial_cost, trial_folds = _evaluate(assembler, trial_state)
+        trial, trial_cost, trial_folds = _evaluate(assembler, trial_state, everywhere=number % 3 == 0)
         better = (trial_cost < cost) & (trial_folds <= folds) & ~settled
         if observer:
             observer(Iteration(stage, number, float(cost.sum()), float("nan"), float(np.median(damping))))
@@ -85,10 +85,13 @@ def _step(assembler: Assembler, at: Linearization, damping: FloatArray) -> State
     return replace(at.state, coefficients=at.state.coefficients + coefficients)
 
 
-def _evaluate(assembler: Assembler, state: State) -> tuple[Linearization | None, FloatArray, IntArray]:
+def _evaluate(
+    assembler: Assembler, state: State, *, everywhere: bool
+) -> tuple[Linearization | None, FloatArray, IntArray]:
+    """Equations, costs and folds at a trial; foot points searched everywhere, or from where they were."""
     folds = folded_segments(assembler.prepared, state.coefficients)
     with np.errstate(all="ignore"):
-        moved = search_locations(assembler.prepared, state)
+        moved = (search_locations if everywhere else refine_locations)(assembler.prepared, state)
     try:
         trial = assembler.linearize(moved, held_locations(assembler.prepared, moved.location))
     except FloatingPointError:

@@ -26,7 +26,10 @@ def check_points(network: Network, xyz: FloatArray, dispersion: FloatArray) -> t
 
 
 def check_splines(prepared: Prepared, state: State, sigma_across: FloatArray) -> tuple[CheckSpline, ...]:
-    """Distances of the given points of check splines from the adjusted curves, normal to them, metres."""
+    """Distances of the given points of check splines from the adjusted curves, normal to them, metres.
+
+    Given points beyond an end of an open curve have no foot point on it: their distance is NaN.
+    """
     found = []
     for k, curve in enumerate(prepared.network.curves):
         if curve.role != "check":
@@ -38,7 +41,8 @@ def check_splines(prepared: Prepared, state: State, sigma_across: FloatArray) ->
         inside = np.ones(len(u), dtype=bool)
         if not basis.closed:
             inside = (u > basis.break_points[0]) & (u < basis.break_points[-1])
-        chosen = distance[inside] if inside.any() else distance
+        distance = np.where(inside, distance, np.nan)
+        chosen = distance[inside] if inside.any() else np.full(1, np.nan)
         found.append(
             CheckSpline(
                 curve.id,

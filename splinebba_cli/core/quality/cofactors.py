@@ -48,7 +48,7 @@ class Cofactors:
         place = structure.offsets[structure.find(nodes, nodes)][:, None] + np.arange(ORIENTATION_SIZE**2)
         blocks = self.values[place].reshape(-1, ORIENTATION_SIZE, ORIENTATION_SIZE)
         mask = layout.image_mask
-        return blocks * mask[:, :, None] * mask[:, None, :]
+        return np.asarray(blocks * mask[:, :, None] * mask[:, None, :])
 
     def coefficient_windows(self, columns: IntArray) -> FloatArray:
         """Q of the coefficients under windows (G, w), (G, 3 w, 3 w); pairs must lie in the pattern."""

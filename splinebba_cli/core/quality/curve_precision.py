@@ -81,7 +81,7 @@ def window_dispersion(
     windows = cofactors.coefficient_windows(curves.columns[distinct])
     support = curves.support
     blocks = windows.reshape(len(distinct), support, 3, support, 3)[inverse]
-    return np.einsum("pj,pjakb,pk->pab", weights, blocks, weights, optimize=True)
+    return np.asarray(np.einsum("pj,pjakb,pk->pab", weights, blocks, weights, optimize=True))
 
 
 def segment_coefficients(cofactors: Cofactors, scale: float) -> tuple[FloatArray, FloatArray]:

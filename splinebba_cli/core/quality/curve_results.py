@@ -78,5 +78,7 @@ def _values_dispersion(cofactors: Cofactors, k: int) -> FloatArray:
     prepared = cofactors.assembler.prepared
     basis, start = prepared.curves.bases[k], int(prepared.curves.coefficient_start[k])
     columns, weights = basis.value_columns + start, basis.value_weights
-    blocks = cofactors.coefficient_windows(columns).reshape(len(columns), columns.shape[1], 3, columns.shape[1], 3)
-    return np.einsum("kj,kjalb,kl->kab", weights, blocks, weights, optimize=True)
+    blocks = cofactors.coefficient_windows(columns).reshape(
+        len(columns), columns.shape[1], 3, columns.shape[1], 3
+    )
+    return np.asarray(np.einsum("kj,kjalb,kl->kab", weights, blocks, weights, optimize=True))

@@ -61,7 +61,9 @@ def object_distance(prepared: Prepared, solved: ConditionedSolution) -> FloatArr
     count = len(network.images.ids)
     image: IntArray = np.concatenate([network.point_observations.image, network.curve_observations.image])
     seen = state.xyz[network.point_observations.point]
-    on_curves = prepared.curves.evaluate(state.coefficients, network.curve_observations.curve, state.location)[0]
+    on_curves = prepared.curves.evaluate(
+        state.coefficients, network.curve_observations.curve, state.location
+    )[0]
     distance = np.linalg.norm(np.vstack([seen, on_curves]) - state.position[image], axis=1)
     rays = np.bincount(image, minlength=count)
     total = np.bincount(image, distance, minlength=count)

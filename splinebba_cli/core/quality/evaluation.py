@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from splinebba_cli.core.estimation.counts import count_equations
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
+from splinebba_cli.core.estimation.counts import count_equations
 from splinebba_cli.core.estimation.datum import DATUM_DEFECT
 from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.network import FloatArray, Network
@@ -131,7 +131,9 @@ def _statistics(prepared: Prepared, solved: ConditionedSolution, numbers: Redund
 def _with_knot_parameters(prepared: Prepared) -> Network:
     """The network with the knot parameters of its curves written out: later values keep them."""
     curves = tuple(
-        replace(curve, knot_parameters=basis.break_points.copy()) if curve.family == "natural_cubic" else curve
+        replace(curve, knot_parameters=basis.break_points.copy())
+        if curve.family == "natural_cubic"
+        else curve
         for curve, basis in zip(prepared.network.curves, prepared.curves.bases, strict=True)
     )
     return replace(prepared.network, curves=curves)

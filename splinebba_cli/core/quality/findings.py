@@ -7,7 +7,9 @@ import numpy as np
 from splinebba_cli.core.result import AdjustmentResult, Problem
 
 LITTLE = 0.02  # share of the redundancy that conditions may take without a word
-WEAK_RATIO = 5.0  # larger over smaller lateral semi-axis, or over the median of the curve, that is worth a word
+WEAK_RATIO = (
+    5.0  # larger over smaller lateral semi-axis, or over the median of the curve, that is worth a word
+)
 
 
 def findings(result: AdjustmentResult) -> tuple[Problem, ...]:
@@ -24,9 +26,12 @@ def _global(result: AdjustmentResult) -> list[Problem]:
     if test is None:
         found.append(
             Problem(
-                "SBB530", "warning", "there is no redundancy: nothing is checked, the variance is the a-priori one",
-                "adjustment", "measure more features or give more control",
-            )  # fmt: skip
+                "SBB530",
+                "warning",
+                "there is no redundancy: nothing is checked, the variance is the a-priori one",
+                "adjustment",
+                "measure more features or give more control",
+            )
         )
     elif not test.passed:
         small = test.statistic < test.lower
@@ -47,11 +52,13 @@ def _global(result: AdjustmentResult) -> list[Problem]:
     if share > LITTLE:
         found.append(
             Problem(
-                "SBB532", "info",
+                "SBB532",
+                "info",
                 f"the gauge conditions take {statistics.condition_redundancy:.1f} of the redundancy "
                 f"of {statistics.redundancy} and {statistics.condition_cost:.3g} of v'Pv",
-                "adjustment", "use fewer knots where the measurements do not determine them",
-            )  # fmt: skip
+                "adjustment",
+                "use fewer knots where the measurements do not determine them",
+            )
         )
     return found
 
@@ -92,8 +99,10 @@ def _correlations(result: AdjustmentResult) -> list[Problem]:
     more = f" and {len(high) - 6} more" if len(high) > 6 else ""
     return [
         Problem(
-            "SBB534", "info",
+            "SBB534",
+            "info",
             f"orientation unknowns of image {names}{more} are correlated by more than 95 %",
-            "images", "usual for narrow angles over flat ground; positions and angles are good only together",
-        )  # fmt: skip
+            "images",
+            "usual for narrow angles over flat ground; positions and angles are good only together",
+        )
     ]

@@ -1,6 +1,6 @@
 """Dispersion of exterior orientations in the angles of the user: chain rule from the solver's rotation vector.
 
-    d(omega, phi, kappa) = J^-1 theta,   J = angle_jacobian
+d(omega, phi, kappa) = J^-1 theta,   J = angle_jacobian .
 """
 
 from __future__ import annotations

@@ -86,4 +86,5 @@ def coefficient_leverage(cofactors: Cofactors) -> FloatArray:
     if not len(rows):
         return np.zeros(0)
     j = rows.jacobian.reshape(len(rows), -1)
-    return np.einsum("qi,qij,qj->q", j, cofactors.coefficient_windows(rows.columns), j, optimize=True)
+    windows = cofactors.coefficient_windows(rows.columns)
+    return np.asarray(np.einsum("qi,qij,qj->q", j, windows, j, optimize=True))

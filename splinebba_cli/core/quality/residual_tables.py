@@ -76,7 +76,9 @@ def prior_residuals(
     )
 
 
-def _point_priors(prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers) -> list[PriorResidual]:
+def _point_priors(
+    prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers
+) -> list[PriorResidual]:
     points, state = prepared.network.points, solved.solution.state
     difference = state.xyz - points.xyz
     return [
