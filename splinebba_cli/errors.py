@@ -85,6 +85,8 @@ ERROR_CODES: dict[str, str] = {
     "SBB532": "gauge conditions take part of the redundancy",
     "SBB533": "spline weak across itself",
     "SBB534": "orientation unknowns highly correlated",
+    "SBB535": "spline folded",
+    "SBB536": "knot interval without measurements",
     # 6xx: output
     "SBB601": "results cannot be written",
     "SBB602": "not a result folder",

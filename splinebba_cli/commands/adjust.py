@@ -50,7 +50,7 @@ def adjust(
     quiet: QuietOption = False,
     verbose: VerboseOption = 0,
 ) -> None:
-    """Adjust a project: orientations, splines, points, their dispersion and tests."""
+    """Adjust a project and write its results: values, dispersion, tests, reports."""
     log = Log(quiet, verbose)
     with expected_errors(as_json=format is OutputFormat.json):
         from splinebba_cli.core.adjustment import adjust as adjust_network

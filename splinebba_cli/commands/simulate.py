@@ -30,7 +30,7 @@ def simulate(
         from splinebba_cli.simulation import catalogue
 
         if kind == "list":
-            print("\n".join(catalogue.KINDS))
+            print("\n".join(f"{name:20}{about}" for name, about in catalogue.KINDS.items()))
             return
         if kind not in catalogue.KINDS:
             help = suggestion(kind, catalogue.KINDS) or f"known: {listing(catalogue.KINDS, 20)}"

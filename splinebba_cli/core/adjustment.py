@@ -16,14 +16,16 @@ from splinebba_cli.core.approximation.starting_values import starting_state
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution, solve_with_conditions
 from splinebba_cli.core.estimation.datum import minimal_datum
 from splinebba_cli.core.estimation.gauss_markov import Observer
+from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.estimation.parameters import ParameterLayout, layout_of
 from splinebba_cli.core.network import CurveObservations, KnotPolicy, Network
-from splinebba_cli.core.observations.coefficient_rows import gauge_rows, value_rows
-from splinebba_cli.core.quality.determinacy import require_determined
+from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows, value_rows
+from splinebba_cli.core.observations.locations import held_locations, search_locations
+from splinebba_cli.core.quality.determinacy import require_determined, require_rank
 from splinebba_cli.core.quality.evaluation import Adjusted, evaluate
 from splinebba_cli.core.result import AdjustmentResult, Iteration, Problem
 from splinebba_cli.core.state import Prepared, State, prepare
-from splinebba_cli.errors import NotConvergedError, SingularNetworkError
+from splinebba_cli.errors import NotConvergedError
 
 CURVE_DAMPING = 1e-3  # starting value where curves are adjusted
 POINTS_NEEDED = 3
@@ -32,7 +34,9 @@ REFINEMENT_ROUNDS = 3
 ENOUGH = 0.995  # of the cost: less gain is not worth another round
 
 
-def adjust(network: Network, *, observer: Observer | None = None, full_dispersion: bool = False) -> AdjustmentResult:
+def adjust(
+    network: Network, *, observer: Observer | None = None, full_dispersion: bool = False
+) -> AdjustmentResult:
     """Adjust a network.
 
     Parameters
@@ -120,21 +124,40 @@ def _layout(prepared: Prepared, state: State) -> ParameterLayout:
 def _final(prepared: Prepared, state: State, record: Observer) -> tuple[Prepared, ConditionedSolution]:
     """The joint solution, or the reason why there is none."""
     try:
+        _require_rank(prepared, state)
         prepared, solved = _joint(prepared, state, record)
         if prepared.network.settings.knots.spacing_m is not None and solved.solution.converged:
             prepared, solved = _with_better_curves(prepared, solved, record)
     except FloatingPointError as error:
-        problem = Problem("SBB505", "error", str(error), "approximate values", "check signs, units and rotation sequence")
+        problem = Problem(
+            "SBB505", "error", str(error), "approximate values", "check signs, units and rotation sequence"
+        )
         raise NotConvergedError([problem]) from error
     require_determined(prepared, solved)
     return prepared, solved
+
+
+def _require_rank(prepared: Prepared, state: State) -> None:
+    """Refuse at the start what no iteration can solve."""
+    layout = _layout(prepared, state)
+    rows = [
+        value_rows(prepared, layout.coefficient_mask),
+        gauge_rows(prepared, layout.coefficient_mask, prepared.network.settings.gauge_sigma_m),
+    ]
+    assembler = Assembler(prepared, layout, concatenate_rows(rows, prepared.curves.support))
+    state = search_locations(prepared, state)
+    require_rank(assembler, assembler.linearize(state, held_locations(prepared, state.location)))
 
 
 def _joint(prepared: Prepared, state: State, record: Observer) -> tuple[Prepared, ConditionedSolution]:
     """Everything together; curves that keep it from settling get fewer knots where the settings allow that."""
     solved = _solve(prepared, state, record, "joint", select=True)
     for _ in range(CALMING_ROUNDS):
-        if solved.solution.converged or not solved.solution.restless or not prepared.network.settings.knots.drop:
+        if (
+            solved.solution.converged
+            or not solved.solution.restless
+            or not prepared.network.settings.knots.drop
+        ):
             break
         prepared, state = calmed(prepared, solved.solution.state, solved.solution.restless, record)
         solved = _solve(prepared, state, record, "joint", select=True)

@@ -13,12 +13,12 @@ import numpy as np
 from splinebba_cli.core.approximation.starting_values import starting_state
 from splinebba_cli.core.estimation.counts import count_equations
 from splinebba_cli.core.estimation.normal_equations import Assembler
-from splinebba_cli.core.estimation.null_names import describe
 from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.estimation.rank_diagnosis import null_space
 from splinebba_cli.core.network import IntArray, Network
 from splinebba_cli.core.observations.coefficient_rows import value_rows
 from splinebba_cli.core.observations.locations import held_locations, search_locations
+from splinebba_cli.core.quality.null_problems import null_problems
 from splinebba_cli.core.result import Problem
 from splinebba_cli.core.state import prepare
 
@@ -79,11 +79,10 @@ def budget(network: Network) -> Budget:
     locations = len(network.curve_observations) - len(held)
     null = null_space(assembler, at)
     unknowns, rank = null.unknowns + locations, null.rank + locations
-    named = [describe(vector, layout, network) for vector in null.vectors]
-    unique = tuple({(p.code, p.subject): p for p in [*problems, *named]}.values())
+    named = null_problems(null, layout, network)
     return Budget(
         equations, unknowns, rank, unknowns - rank, equations - rank,
-        _features(network, assembler, held), _images(network), unique,
+        _features(network, assembler, held), _images(network), (*problems, *named),
     )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from splinebba_cli.core.network import FloatArray, IntArray
 
-CHUNK_ENTRIES = 2_000_000
+CHUNK_ENTRIES = 150_000  # of a batch: what stays in the cache
 
 
 @dataclass(frozen=True)

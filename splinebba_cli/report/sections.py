@@ -183,7 +183,7 @@ def statistics_section(data: ResultData) -> Section:
         Fact(
             "Gauge and datum conditions",
             f"{s['conditions']}",
-            f"they fill a rank defect of {s['rank_defect']}",
+            f"they fill a rank defect of {s['rank_defect']}" if s["conditions"] else "",
         ),
         Fact("Redundancy", f"{s['redundancy']}", "observations + conditions − unknowns"),
         Fact(

@@ -53,7 +53,7 @@ def write(kind: str, folder: Path, seed: int = 1, noise_um: float = 5.0) -> Path
 def truth_data(kind: str, seed: int, noise_um: float, network: Network, truth: Truth) -> dict[str, Any]:
     """The truth as plain data in the layout of result.json: user's frame, metres and degrees."""
     eop = truth.eop.copy()
-    eop[:, :3] = np.degrees(eop[:, :3])
+    eop[:, :3] = np.remainder(np.degrees(eop[:, :3]) + 180.0, 360.0) - 180.0  # as results are given
     eop[:, 3:] += network.origin
     names = ("omega", "phi", "kappa", "x", "y", "z")
     return {

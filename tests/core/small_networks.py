@@ -37,13 +37,17 @@ def mixed_network(seed: int = 1, noise_um: float = 5.0) -> tuple[Network, Truth]
     open, closed and with a corner, prior orientations in both rotation sequences, one orientation wholly fixed, one
     fixed in Z0 alone; three curve points whose locations are held at joints.
     """
-    network, truth = simulate_block("six-image-mixed", seed, noise_um, start_position_m=0.5, start_angle_deg=0.1)
+    network, truth = simulate_block(
+        "six-image-mixed", seed, noise_um, start_position_m=0.5, start_angle_deg=0.1
+    )
     network = select_curve_points(network, np.arange(0, len(network.curve_observations), 3))
     sequences: list[RotationSequence] = ["omega-phi-kappa"] * 6
     sequences[1] = "phi-omega-kappa"
     prior, sigma = np.full((6, 6), np.nan), np.full((6, 6), np.inf)
     for image in (0, 1):
-        prior[image] = np.concatenate([angles_of(truth.rotation[image], sequences[image]), truth.eop[image, 3:]])
+        prior[image] = np.concatenate(
+            [angles_of(truth.rotation[image], sequences[image]), truth.eop[image, 3:]]
+        )
         sigma[image] = [2e-4, 2e-4, 3e-4, 0.05, 0.05, 0.08]
     sigma[0, 4] = np.inf
     prior[2], sigma[2] = truth.eop[2], 0.0
@@ -52,7 +56,12 @@ def mixed_network(seed: int = 1, noise_um: float = 5.0) -> tuple[Network, Truth]
     position[2], rotation[2] = truth.eop[2, 3:], truth.rotation[2]
     position[3, 2] = truth.eop[3, 5]
     images = replace(
-        network.images, sequence=tuple(sequences), prior=prior, prior_sigma=sigma, position=position, rotation=rotation
+        network.images,
+        sequence=tuple(sequences),
+        prior=prior,
+        prior_sigma=sigma,
+        position=position,
+        rotation=rotation,
     )
     point_sigma, xyz = network.points.sigma.copy(), network.points.xyz.copy()
     point_sigma[0, 2], xyz[0, 2] = 0.0, truth.points[0, 2]

@@ -153,7 +153,7 @@ def test_free_coefficient_vectors_are_not_shifted(tmp_path: Path) -> None:
 
 def test_first_line_names_the_schema(tmp_path: Path) -> None:
     path = write_project(rich_network(tmp_path), tmp_path / "out", name="x")
-    assert path.read_text().startswith("# yaml-language-server: $schema=https://")
+    assert path.read_text().startswith("# yaml-language-server: $schema=project.schema.json")
 
 
 def test_folder_that_cannot_be_written(tmp_path: Path) -> None:

@@ -47,7 +47,12 @@ def printed_points(heading: str) -> tuple[list[str], FloatArray, FloatArray]:
 
 def test_counts_and_variance_of_unit_weight() -> None:
     report, statistics = reference_data.strasbourg_report(), adjusted().statistics
-    assert (report.sigma0, report.redundancy, report.observations, report.unknowns) == (1.1786, 1261, 2434, 1173)
+    assert (report.sigma0, report.redundancy, report.observations, report.unknowns) == (
+        1.1786,
+        1261,
+        2434,
+        1173,
+    )
     assert statistics.sigma0 == pytest.approx(report.sigma0, abs=0.5e-4)
     assert statistics.redundancy == report.redundancy
     assert statistics.observations == report.observations

@@ -15,7 +15,12 @@ import numpy as np
 
 from splinebba_cli.core.approximation.knot_insertion import with_inserted_knots
 from splinebba_cli.core.approximation.knot_removal import with_removed_knots
-from splinebba_cli.core.approximation.knot_spacing import present_curve, respaceable, respaced_network, restart
+from splinebba_cli.core.approximation.knot_spacing import (
+    present_curve,
+    respaceable,
+    respaced_network,
+    restart,
+)
 from splinebba_cli.core.estimation.curve_folding import folded_segments
 from splinebba_cli.core.estimation.curve_stage import solve_curves
 from splinebba_cli.core.estimation.damping import curve_costs
@@ -23,17 +28,28 @@ from splinebba_cli.core.estimation.gauss_markov import Observer
 from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.network import BoolArray, FloatArray
-from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows, knot_distance, value_rows
+from splinebba_cli.core.observations.coefficient_rows import (
+    concatenate_rows,
+    gauge_rows,
+    knot_distance,
+    value_rows,
+)
 from splinebba_cli.core.observations.locations import held_locations, search_locations
 from splinebba_cli.core.state import Prepared, State
 
-WAYS = ((False, 1.0), (False, 4.0), (True, 4.0), (False, 2.0), (True, 2.0))  # smooth, first spacing in wanted ones
+WAYS = (
+    (False, 1.0),
+    (False, 4.0),
+    (True, 4.0),
+    (False, 2.0),
+    (True, 2.0),
+)  # smooth, first spacing in wanted ones
 POLISHES = 6
 INSERTIONS = 4
 ITERATIONS = 25
 KNOT_PRICE = 0.5  # of v'Pv that a knot must save: the wanted spacing is the user's
 FOLD_PRICE = 1.2
-CALMING = 1.25  # times the knot distance of a curve that keeps an adjustment from settling
+CALMING = (1.25, 0.8, 0.6)  # times the knot distance of a curve that keeps an adjustment from settling
 
 
 @dataclass(frozen=True)
@@ -78,17 +94,28 @@ def refine_curves(
 def calmed(
     prepared: Prepared, state: State, restless: tuple[int, ...], observer: Observer | None
 ) -> tuple[Prepared, State]:
-    """Network and state with new, somewhat fewer knots in the curves that kept an adjustment from settling."""
-    spacing = np.full(len(prepared.network.curves), np.nan)
-    for k in restless:
-        spacing[k] = CALMING * knot_distance(prepared.network.curves[k])
+    """Network and state with other knots in the curves that kept an adjustment from settling.
+
+    Somewhat fewer or more of them, whichever fits best: hairpins ask for more, wobbling stretches for fewer.
+    """
     state = search_locations(prepared, state)
-    candidate = _drop(_adjusted(*respaced_network(prepared, state, spacing, smooth=False), observer), observer)
-    return candidate.prepared, candidate.state
+    candidates = []
+    for factor in CALMING:
+        spacing = np.full(len(prepared.network.curves), np.nan)
+        for k in restless:
+            spacing[k] = factor * knot_distance(prepared.network.curves[k])
+        candidates.append(_adjusted(*respaced_network(prepared, state, spacing, smooth=False), observer))
+    best = _drop(reduce(_better, candidates), observer)
+    return best.prepared, best.state
 
 
 def _coarse_to_fine(
-    prepared: Prepared, state: State, target: FloatArray, smooth: bool, factor: float, observer: Observer | None
+    prepared: Prepared,
+    state: State,
+    target: FloatArray,
+    smooth: bool,
+    factor: float,
+    observer: Observer | None,
 ) -> Candidate:
     while True:
         candidate = _adjusted(*respaced_network(prepared, state, factor * target, smooth=smooth), observer)

@@ -15,6 +15,7 @@ from splinebba_cli.core.curves.support import supported_knots
 from splinebba_cli.core.network import Curve, FloatArray, IntArray
 from splinebba_cli.core.state import Prepared, State
 
+
 def with_removed_knots(prepared: Prepared, state: State) -> tuple[Prepared, State] | None:
     """The network without unsupported knots; None where all are supported."""
     curves, measured = prepared.curves, prepared.network.curve_observations

@@ -141,5 +141,5 @@ def _least_squares_knots(
     weights = np.einsum("nk,nkw->nw", t[:, None] ** np.arange(4), basis.power[segment])
     design = np.zeros((len(places), basis.coefficient_count))
     np.add.at(design, (np.arange(len(places))[:, None], basis.columns[segment]), weights)
-    coefficients = np.linalg.lstsq(design, xyz, rcond=None)[0]
+    coefficients: FloatArray = np.asarray(np.linalg.lstsq(design, xyz, rcond=None)[0], dtype=np.float64)
     return basis.values_from_coefficients(coefficients)

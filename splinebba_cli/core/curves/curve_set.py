@@ -89,6 +89,10 @@ class CurveSet:
         weights = np.matmul(power_row(t, order)[:, None, :], self.power[segment])[:, 0, :]
         return np.asarray(weights / self.length[segment, None] ** order if order else weights)
 
+    def segment_polynomials(self, coefficients: FloatArray) -> FloatArray:
+        """Power form of every segment, X = sum_k a_k t^k, (S, 4, 3): Lee's coefficients."""
+        return np.asarray(np.matmul(self.power, coefficients[self.columns]))
+
     def evaluate(
         self, coefficients: FloatArray, curve: IntArray, u: FloatArray, orders: Sequence[int] = (0,)
     ) -> list[FloatArray]:

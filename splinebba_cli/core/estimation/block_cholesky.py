@@ -55,8 +55,7 @@ class NotPositiveDefinite(ArithmeticError):
 
     def __init__(self, node: int, unknown_in_node: int, ratio: float) -> None:
         super().__init__(
-            f"unknown {unknown_in_node} of node {node} is not determined: "
-            f"pivot / diagonal = {ratio:.3g}"
+            f"unknown {unknown_in_node} of node {node} is not determined: pivot / diagonal = {ratio:.3g}"
         )
         self.node = node
         self.unknown_in_node = unknown_in_node
@@ -261,9 +260,7 @@ class Factor:
         permutation = symbolic.layout.permutation
         right = np.asarray(rhs, dtype=np.float64)
         if right.ndim not in (1, 2) or len(right) != len(permutation):
-            raise ValueError(
-                f"{len(permutation)} rows expected, got an array of shape {right.shape}"
-            )
+            raise ValueError(f"{len(permutation)} rows expected, got an array of shape {right.shape}")
         if right.size == 0:
             return right.copy()
         x = np.ascontiguousarray(right.reshape(len(right), -1)[permutation])

@@ -10,6 +10,7 @@ from splinebba_cli.core.estimation.datum import needed_conditions
 from splinebba_cli.core.estimation.gauss_markov import Observer, Solution, solve
 from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.estimation.parameters import ParameterLayout
+from splinebba_cli.core.estimation.window_map import WindowMap
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.observations.coefficient_rows import CoefficientRows, concatenate_rows
 from splinebba_cli.core.state import Prepared, State
@@ -30,13 +31,11 @@ def leverage_of(rows: CoefficientRows, assembler: Assembler, solution: Solution)
     """g Q g' of rows at a solution, (q,)."""
     if solution.factor is None or not len(rows):
         return np.zeros(len(rows))
-    from splinebba_cli.core.estimation.window_map import WindowMap
-
     values = solution.factor.selected_inverse().values
     window = WindowMap.of(assembler.structure, assembler.slots_of_columns(rows.columns))
     mask = assembler.layout.coefficient_mask[rows.columns].reshape(len(rows), -1)
     j = rows.jacobian.reshape(len(rows), -1) * mask
-    return np.einsum("qi,qij,qj->q", j, window.gather(values), j, optimize=True)
+    return np.asarray(np.einsum("qi,qij,qj->q", j, window.gather(values), j, optimize=True))
 
 
 def solve_with_conditions(
@@ -70,7 +69,12 @@ def solve_with_conditions(
             prepared, layout, concatenate_rows([control, gauge.select(chosen)], prepared.curves.support)
         )
         solution = solve(
-            assembler, best.solution.state, max_iterations=max_iterations, stage=stage, damping=0.0, observer=observer
+            assembler,
+            best.solution.state,
+            max_iterations=max_iterations,
+            stage=stage,
+            damping=0.0,
+            observer=observer,
         )
         if not solution.converged:
             break

@@ -13,4 +13,6 @@ def count_equations(assembler: Assembler, at: Linearization) -> int:
     priors = int(np.count_nonzero(at.orientation_priors.active))
     points = int(np.count_nonzero(assembler.point_inverse_sigma > 0.0))
     values = int(np.count_nonzero(assembler.coefficient_rows.component < 3))
-    return 2 * len(network.point_observations) + 2 * len(network.curve_observations) + priors + points + values
+    return (
+        2 * len(network.point_observations) + 2 * len(network.curve_observations) + priors + points + values
+    )

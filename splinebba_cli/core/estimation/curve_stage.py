@@ -26,7 +26,12 @@ SETTLED = 1e-3  # relative decrease below which a curve has settled well enough 
 
 
 def solve_curves(
-    assembler: Assembler, state: State, *, max_iterations: int, stage: str = "curves", observer: Observer | None = None
+    assembler: Assembler,
+    state: State,
+    *,
+    max_iterations: int,
+    stage: str = "curves",
+    observer: Observer | None = None,
 ) -> State:
     """Improve all curves with the orientations (and points) held, as a start for a joint solution.
 
@@ -54,7 +59,9 @@ def solve_curves(
             observer(Iteration(stage, number, float(cost.sum()), float("nan"), float(np.median(damping))))
         gained = better & (cost - trial_cost < SETTLED * cost)
         settled |= gained | (~better & (damping > LARGEST_DAMPING))
-        damping = np.where(better, np.maximum(0.2 * damping, SMALLEST_DAMPING), 10.0 * np.maximum(damping, 1e-5))
+        damping = np.where(
+            better, np.maximum(0.2 * damping, SMALLEST_DAMPING), 10.0 * np.maximum(damping, 1e-5)
+        )
         if better.any():
             state = _merge(assembler, at.state, trial.state if trial is not None else at.state, better)
             at = assembler.linearize(state, held_locations(assembler.prepared, state.location))

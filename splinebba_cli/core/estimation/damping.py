@@ -41,7 +41,7 @@ class Damping:
 
     def relaxed(self, gain: float) -> Damping:
         """After an accepted step, by the ratio of actual and predicted decrease."""
-        factor = 0.1 if gain > 0.75 else 4.0 if gain < 0.25 else 1.0
+        factor = 0.01 if gain > 0.95 else 0.1 if gain > 0.75 else 4.0 if gain < 0.25 else 1.0
         return Damping(_vanishing(np.array(factor * self.everywhere)).item(), _vanishing(0.2 * self.of_curve))
 
     def raised(self, culprits: BoolArray) -> Damping:
@@ -70,4 +70,6 @@ def curve_costs(assembler: Assembler, at: Linearization) -> FloatArray:
     count = len(assembler.prepared.curves.bases)
     observed = assembler.prepared.network.curve_observations
     cost = np.bincount(observed.curve[at.curve.point], at.curve.residual**2, minlength=count)
-    return np.asarray(cost + np.bincount(assembler.coefficient_rows.curve, at.coefficient_residual**2, minlength=count))
+    return np.asarray(
+        cost + np.bincount(assembler.coefficient_rows.curve, at.coefficient_residual**2, minlength=count)
+    )

@@ -32,7 +32,9 @@ def observed_point_mask(assembler: Assembler) -> FloatArray:
     return assembler.layout.point_mask
 
 
-def design_matrix(assembler: Assembler, at: Linearization, *, coefficient_rows: IntArray | None = None) -> DesignMatrix:
+def design_matrix(
+    assembler: Assembler, at: Linearization, *, coefficient_rows: IntArray | None = None
+) -> DesignMatrix:
     """All equations at one state.
 
     Parameters
@@ -80,7 +82,9 @@ def _prior_part(assembler: Assembler, at: Linearization, width: int, reduced: in
     priors = at.orientation_priors
     q, c = np.nonzero(priors.active)
     orientation = np.zeros((len(q), width))
-    orientation[np.arange(len(q))[:, None], 6 * priors.image[q][:, None] + np.arange(6)] = priors.jacobian[q, c]
+    orientation[np.arange(len(q))[:, None], 6 * priors.image[q][:, None] + np.arange(6)] = priors.jacobian[
+        q, c
+    ]
     n, d = np.nonzero(assembler.point_inverse_sigma > 0.0)
     points = np.zeros((len(n), width))
     points[np.arange(len(n)), reduced + 3 * n + d] = assembler.point_inverse_sigma[n, d]

@@ -79,4 +79,5 @@ def eliminate_points(
     diagonal = blocks[:, range(3), range(3)] + prior
     blocks[:, range(3), range(3)] = np.where(mask > 0.0, diagonal * (1.0 + damping), 1.0)
     coupling = np.matmul(orientation.transpose(0, 2, 1), a)
-    return EliminatedPoints(np.linalg.inv(blocks), sides * mask, coupling)
+    inverse: FloatArray = np.asarray(np.linalg.inv(blocks), dtype=np.float64)
+    return EliminatedPoints(inverse, sides * mask, coupling)

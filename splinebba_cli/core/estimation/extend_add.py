@@ -103,9 +103,7 @@ def update_target(layout: PanelLayout, front: int) -> UpdateTarget:
 def _expand(starts: IntArray, sizes: IntArray) -> IntArray:
     """The numbers starts[i] .. starts[i] + sizes[i] − 1 of all i, one behind the other."""
     before = np.cumsum(sizes) - sizes
-    return np.asarray(
-        np.arange(int(sizes.sum())) + np.repeat(starts - before, sizes), dtype=np.int64
-    )
+    return np.asarray(np.arange(int(sizes.sum())) + np.repeat(starts - before, sizes), dtype=np.int64)
 
 
 def _as_slice(index: IntArray) -> Index:

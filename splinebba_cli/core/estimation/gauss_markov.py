@@ -28,6 +28,7 @@ STATIONARY = 5e-2  # of sigma, where the cost no longer changes
 PIVOT_TOLERANCE = 1e-14
 TRIAL_STEPS = 12  # of Newton's method for the foot points
 UNCHANGED = 1e-7  # of the cost
+CONTRACTING = 0.3  # of the last step: iterations that shrink faster go on
 MUCH_WORSE = 1.5
 OWN_LIMIT = 1.0  # damping of one curve beyond which it is no longer held back
 RESTLESS = 0.1  # of the changes of all curves in the last steps
@@ -86,7 +87,7 @@ def solve(
     at = _linearized(assembler, state)
     amount = Damping.starting(assembler, damping)
     log: list[Iteration] = []
-    last_decrease, stiff = np.inf, True
+    last_decrease, last_length, stiff = np.inf, np.inf, True
     unrest = np.zeros(len(amount.of_curve))
     for number in range(1, max_iterations + 1):
         step, factor, eliminated = _damped_step(assembler, at, amount, stiff)
@@ -96,7 +97,10 @@ def solve(
         log.append(Iteration(stage, number, at.cost, step.length, amount.everywhere))
         if observer:
             observer(log[-1])
-        settled = step.length <= NEGLIGIBLE or (last_decrease <= UNCHANGED * at.cost and step.length <= STATIONARY)
+        stationary = (
+            last_decrease <= UNCHANGED * at.cost and CONTRACTING * last_length < step.length <= STATIONARY
+        )
+        settled, last_length = step.length <= NEGLIGIBLE or stationary, step.length
         if settled and amount.none and stiff:
             stiff = not len(at.curve.stiff.point)
             if stiff is False:
@@ -123,7 +127,11 @@ def solve(
                 break
         if trial.at is not None:
             unrest = 0.8 * unrest + np.abs(curve_costs(assembler, trial.at) - before)
-    reason = "no step lowers the residuals" if amount.exhausted else f"not converged in {max_iterations} iterations"
+    reason = (
+        "no step lowers the residuals"
+        if amount.exhausted
+        else f"not converged in {max_iterations} iterations"
+    )
     restless = tuple(int(k) for k in np.flatnonzero(unrest > RESTLESS * unrest.sum()))
     return Solution(at, None, None, False, reason, tuple(log), restless=restless)
 
@@ -198,7 +206,9 @@ def _damped_step(
         reduced = factor.solve(side) * assembler.mask
         points = _point_step(assembler, eliminated, reduced)
         predicted = float(side @ reduced)
-        predicted += float(np.einsum("ni,nij,nj->", eliminated.right_side, eliminated.inverse, eliminated.right_side))
+        predicted += float(
+            np.einsum("ni,nij,nj->", eliminated.right_side, eliminated.inverse, eliminated.right_side)
+        )
         moved = apply_step(assembler, at.state, reduced, points)
         return _Step(moved, float(np.sqrt(max(predicted, 0.0))), predicted), factor, eliminated
     return None, None, None
@@ -223,7 +233,7 @@ def _point_step(assembler: Assembler, eliminated: EliminatedPoints, reduced: Flo
     if len(observed):
         orientation = reduced[: assembler.layout.image_mask.size].reshape(-1, 6)[observed.image]
         np.subtract.at(side, observed.point, np.matmul(orientation[:, None, :], eliminated.coupling)[:, 0])
-    return np.matmul(eliminated.inverse, side[:, :, None])[:, :, 0] * assembler.layout.point_mask
+    return np.asarray(np.matmul(eliminated.inverse, side[:, :, None])[:, :, 0] * assembler.layout.point_mask)
 
 
 def apply_step(assembler: Assembler, state: State, reduced: FloatArray, points: FloatArray) -> State:

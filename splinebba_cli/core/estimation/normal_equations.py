@@ -286,7 +286,9 @@ class Assembler:
                 for j in range(i):
                     rows.append(node[table[:, i]])
                     columns.append(node[table[:, j]])
-        for step in (-1, 0, 1) if self.orientation_size else ():  # a location may reach the next segment without a new ordering
+        for step in (
+            (-1, 0, 1) if self.orientation_size else ()
+        ):  # a location may reach the next segment without a new ordering
             near = np.clip(segment + step, 0, max(len(curves.left) - 1, 0))
             start = np.searchsorted(curves.segment_start, segment, side="right") - 1
             same = np.searchsorted(curves.segment_start, near, side="right") - 1 == start

@@ -38,9 +38,13 @@ def movers(direction: FloatArray, layout: ParameterLayout, network: Network) -> 
     node = np.repeat(np.arange(len(layout.node_sizes)), layout.node_sizes)
     curve = layout.node_curve[node]
     by_curve = np.bincount(curve[curve >= 0], square[:reduced][curve >= 0], minlength=len(network.curves))
-    found += [Mover("spline", network.curves[k].id, float(by_curve[k]), ()) for k in np.flatnonzero(by_curve > 1e-3)]
+    found += [
+        Mover("spline", network.curves[k].id, float(by_curve[k]), ()) for k in np.flatnonzero(by_curve > 1e-3)
+    ]
     by_point = square[reduced:].reshape(-1, 3).sum(axis=1)
-    found += [Mover("point", network.points.ids[k], float(by_point[k]), ()) for k in np.flatnonzero(by_point > 1e-3)]
+    found += [
+        Mover("point", network.points.ids[k], float(by_point[k]), ()) for k in np.flatnonzero(by_point > 1e-3)
+    ]
     return sorted(found, key=lambda mover: -mover.share)
 
 
@@ -70,10 +74,13 @@ def describe(direction: FloatArray, layout: ParameterLayout, network: Network) -
             "SBB522", "error",
             f"image `{mover.id}`: {' and '.join(mover.parts)} are not separable by its measurements",
             f"image `{mover.id}`",
-            "measure more control or tie features in it, spread over the format, or give a prior orientation (GNSS/INS)",
+            "measure more control or tie features in it, spread over the format, "
+            "or give a prior orientation (GNSS/INS)",
         )  # fmt: skip
     if images:
-        names = ", ".join(f"`{m.id}`" for m in images[:6]) + (f" and {len(images) - 6} more" if len(images) > 6 else "")
+        names = ", ".join(f"`{m.id}`" for m in images[:6]) + (
+            f" and {len(images) - 6} more" if len(images) > 6 else ""
+        )
         return Problem(
             "SBB523", "error", f"images {names} can move together: nothing fixes this part of the datum",
             "datum",

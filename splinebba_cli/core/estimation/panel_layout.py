@@ -133,17 +133,13 @@ class PanelLayout:
         row = np.where(among_pivots, self.unknown[high] - self.unknown[pivot], 0)
         coupled = np.flatnonzero(~among_pivots)
         if coupled.size:
-            row[coupled] = self._row_starts(
-                front[coupled], high[coupled], rows[coupled], cols[coupled]
-            )
+            row[coupled] = self._row_starts(front[coupled], high[coupled], rows[coupled], cols[coupled])
         leading = np.where(among_pivots, n, r)
         column = self.unknown[low] - self.unknown[pivot]
         start = self.offsets[front] + np.where(among_pivots, 0, n * n) + column * leading + row
         return start, leading
 
-    def _row_starts(
-        self, front: IntArray, high: IntArray, rows: IntArray, cols: IntArray
-    ) -> IntArray:
+    def _row_starts(self, front: IntArray, high: IntArray, rows: IntArray, cols: IntArray) -> IntArray:
         """First row in L₂₁ of the node at position high."""
         keys, starts = self._row_index
         key = front * len(self.position) + high

@@ -61,7 +61,7 @@ class ParameterLayout:
 
 def image_mask(images: Images) -> FloatArray:
     """1 for free orientation unknowns, (m, 6); angles are removed only where all three are fixed."""
-    mask = (images.prior_sigma != 0.0).astype(float)
+    mask: FloatArray = (images.prior_sigma != 0.0).astype(np.float64)
     mask[:, :3] = (images.prior_sigma[:, :3] != 0.0).any(axis=1)[:, None]
     return mask
 

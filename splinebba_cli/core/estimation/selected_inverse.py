@@ -153,10 +153,7 @@ class SelectedInverse:
         if np.any(size != size[:1]):
             raise ValueError("all groups of a window need nodes of equal sizes")
         ends = np.cumsum(size[0]) if len(size) else np.zeros(nodes.shape[1], dtype=np.int64)
-        spans = [
-            slice(int(e - s), int(e))
-            for e, s in zip(ends, size[0] if len(size) else ends, strict=True)
-        ]
+        spans = [slice(int(e - s), int(e)) for e, s in zip(ends, size[0] if len(size) else ends, strict=True)]
         total = int(ends[-1]) if len(ends) else 0
         window = np.empty((len(nodes), total, total))
         for a, span_a in enumerate(spans):

@@ -35,7 +35,7 @@ class CoefficientRows:
 
     def residual(self, coefficients: FloatArray) -> FloatArray:
         """Whitened residuals J p - target, (q,)."""
-        return np.einsum("qwd,qwd->q", self.jacobian, coefficients[self.columns]) - self.target
+        return np.asarray(np.einsum("qwd,qwd->q", self.jacobian, coefficients[self.columns]) - self.target)
 
     def select(self, keep: IntArray) -> CoefficientRows:
         """Some of the rows."""
@@ -132,8 +132,8 @@ def gauge_rows(prepared: Prepared, removed: FloatArray, gauge_sigma_m: float | N
     for number, curve in enumerate(prepared.network.curves):
         basis = prepared.curves.bases[number]
         start = int(prepared.curves.coefficient_start[number])
-        if not len(basis.anchors):
-            continue
+        if not len(basis.anchors) or np.isfinite(curve.sigma).all():
+            continue  # a single point, or every value is given or weighted: nothing can slide
         reference = curve.values if curve.reference is None else curve.reference
         coefficients = basis.coefficients_from_values(reference)
         sigma = gauge_sigma_m if gauge_sigma_m is not None else 0.1 * knot_distance(curve)
@@ -178,7 +178,13 @@ def anchor_tangents(
 
 
 def knot_distance(curve: Curve) -> float:
-    """Mean distance of neighbouring knots (families without knots: length of a_1 or of the line), metres."""
-    if curve.family == "natural_cubic" or curve.family == "straight_line":
-        return float(np.mean(np.linalg.norm(np.diff(curve.values, axis=0), axis=1)))
-    return float(max(np.linalg.norm(curve.values[1:].sum(axis=0)), 1e-12)) if len(curve.values) > 1 else 1.0
+    """Mean distance of neighbouring knots (families without knots: length of the curve's chord), metres.
+
+    Taken from the reference of the gauge conditions, so that adjusting an adjusted network again changes nothing.
+    """
+    values = curve.values if curve.reference is None else curve.reference
+    if curve.family in ("natural_cubic", "straight_line"):
+        return float(np.mean(np.linalg.norm(np.diff(values, axis=0), axis=1)))
+    if len(values) == 1:
+        return 1.0
+    return max(float(np.linalg.norm(values[1:].sum(axis=0))), 1e-12)

@@ -119,7 +119,8 @@ def _stiff_rows(
     a_xyz: FloatArray,
 ) -> StiffRows:  # fmt: skip
     every = np.arange(len(segment))
-    r, r1, r2, _ = projected_derivatives(prepared, state, every, state.location)
+    polynomials = prepared.curves.segment_polynomials(state.coefficients)
+    r, r1, r2, _ = projected_derivatives(prepared, state, polynomials, every, state.location)
     square = np.sum(r1 * r1, axis=1)
     bend = np.sum(r * r2, axis=1)
     share = np.where(bend > 0.0, bend / np.maximum(square + bend, 1e-300), 0.0)

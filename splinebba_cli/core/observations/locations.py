@@ -19,6 +19,7 @@ from splinebba_cli.core.state import Prepared, State
 EXTENSION = 0.5  # how far beyond its ends an open curve may be measured, in end segments
 SAMPLES_PER_SEGMENT = 16
 NEWTON_STEPS = 12
+CHUNK = 8192  # points at once
 
 
 def location_bounds(prepared: Prepared) -> tuple[FloatArray, FloatArray]:
@@ -49,10 +50,11 @@ def refine_locations(prepared: Prepared, state: State, steps: int = NEWTON_STEPS
     location = state.location.copy()
     low, high = location_bounds(prepared)
     active = np.flatnonzero(low < high)
+    polynomials = prepared.curves.segment_polynomials(state.coefficients)
     for _ in range(steps):
         if not len(active):
             break
-        new, settled = _newton_step(prepared, state, active, location[active])
+        new, settled = _newton_step(prepared, state, polynomials, active, location[active])
         new = np.clip(new, low[active], high[active])
         settled |= new == location[active]
         location[active] = new
@@ -62,10 +64,10 @@ def refine_locations(prepared: Prepared, state: State, steps: int = NEWTON_STEPS
 
 
 def _newton_step(
-    prepared: Prepared, state: State, rows: IntArray, location: FloatArray
+    prepared: Prepared, state: State, polynomials: FloatArray, rows: IntArray, location: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
     """One safeguarded Newton step; whether each point has settled to rounding."""
-    r, r1, r2, length = projected_derivatives(prepared, state, rows, location)
+    r, r1, r2, length = projected_derivatives(prepared, state, polynomials, rows, location)
     gradient, square = np.sum(r * r1, axis=1), np.sum(r1 * r1, axis=1)
     hessian = square + np.sum(r * r2, axis=1)
     curvature = np.where(hessian > 0.2 * square, hessian, square)
@@ -76,12 +78,13 @@ def _newton_step(
 
 
 def projected_derivatives(
-    prepared: Prepared, state: State, rows: IntArray, location: FloatArray
+    prepared: Prepared, state: State, polynomials: FloatArray, rows: IntArray, location: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Whitened residual r = W (p(u) - xy), its first and second derivative d/du, and the length of the segments.
 
     Parameters
     ----------
+    polynomials : (S, 4, 3) power form of the present segments (:meth:`CurveSet.segment_polynomials`)
     rows : (k,) measured points
     location : (k,) their locations
 
@@ -90,28 +93,52 @@ def projected_derivatives(
     r, r1, r2 : (k, 2) float
     length : (k,) float, in units of u
     """
+    r, r1, r2 = (np.empty((len(rows), 2)) for _ in range(3))
+    length = np.empty(len(rows))
+    for begin in range(0, len(rows), CHUNK):
+        part = slice(begin, begin + CHUNK)
+        r[part], r1[part], r2[part], length[part] = _chunk_derivatives(
+            prepared, state, polynomials, rows[part], location[part]
+        )
+    return r, r1, r2, length
+
+
+def _chunk_derivatives(
+    prepared: Prepared, state: State, polynomials: FloatArray, rows: IntArray, location: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """The same for as many points as stay in the cache; component by component."""
     observed, curves = prepared.network.curve_observations, prepared.curves
-    image, curve = observed.image[rows], observed.curve[rows]
-    segment, t = curves.locate(curve, location)
-    local = state.coefficients[curves.columns[segment]]
+    image = observed.image[rows]
+    segment, t = curves.locate(observed.curve[rows], location)
+    length = curves.length[segment]
+    a = polynomials[segment]
+    t = t[:, None]
+    value = a[:, 0] + t * (a[:, 1] + t * (a[:, 2] + t * a[:, 3])) - state.position[image]
+    first = (a[:, 1] + t * (2.0 * a[:, 2] + 3.0 * t * a[:, 3])) / length[:, None]
+    second = (2.0 * a[:, 2] + 6.0 * t * a[:, 3]) / (length * length)[:, None]
     rotation = state.rotation[image]
-    frame = []
-    for order in range(3):
-        vector = np.matmul(curves.weights(segment, t, order)[:, None, :], local)[:, 0]
-        if order == 0:
-            vector = vector - state.position[image]
-        frame.append(np.matmul(vector[:, None, :], rotation)[:, 0])
-    c = prepared.principal_distance[image][:, None]
-    p, p1, p2 = frame
-    w, w1, w2 = p[:, 2:], p1[:, 2:], p2[:, 2:]
-    xy = -c * p[:, :2] / w
-    first = -c * (p1[:, :2] + xy * w1 / c) / w
-    second = -c * (p2[:, :2] + xy * w2 / c) / w - 2.0 * first * w1 / w
+    p, p1, p2 = (
+        [
+            v[:, 0] * rotation[:, 0, k] + v[:, 1] * rotation[:, 1, k] + v[:, 2] * rotation[:, 2, k]
+            for k in range(3)
+        ]
+        for v in (value, first, second)
+    )
+    inverse = 1.0 / p[2]
+    scale = -prepared.principal_distance[image] * inverse
+    xy = prepared.curve_rays.xy[rows]
+    found = []
+    for k in range(2):
+        along = p[k] * inverse
+        slope = p1[k] - along * p1[2]
+        bend = p2[k] - along * p2[2] - 2.0 * slope * p1[2] * inverse
+        found.append((scale * p[k] - xy[:, k], scale * slope, scale * bend))
     whitening = prepared.curve_rays.whitening[rows]
-    r = np.matmul(whitening, (xy - prepared.curve_rays.xy[rows])[:, :, None])[:, :, 0]
-    r1 = np.matmul(whitening, first[:, :, None])[:, :, 0]
-    r2 = np.matmul(whitening, second[:, :, None])[:, :, 0]
-    return r, r1, r2, curves.length[segment]
+    r, r1, r2 = (
+        np.stack([whitening[:, k, 0] * x + whitening[:, k, 1] * y for k in range(2)], axis=1)
+        for x, y in zip(*found, strict=True)
+    )
+    return r, r1, r2, length
 
 
 def search_locations(prepared: Prepared, state: State) -> State:

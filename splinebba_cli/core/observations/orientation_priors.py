@@ -26,9 +26,23 @@ class PriorRows:
     cost: float
 
 
+HELD_ANGLE = 1e-9  # sigma of an angle that is fixed while others of its image are not, rad
+
+
+def weighting_sigma(images: Images) -> FloatArray:
+    """Sigma of all priors, (m, 6); a single fixed angle becomes an equation of very large weight.
+
+    Angles are no unknowns of the solver: they can be removed only all three together.
+    """
+    sigma = images.prior_sigma.copy()
+    single = (sigma[:, :3] == 0.0) & (sigma[:, :3] != 0.0).any(axis=1)[:, None]
+    sigma[:, :3] = np.where(single, HELD_ANGLE, sigma[:, :3])
+    return sigma
+
+
 def linearize_orientation_priors(images: Images, state: State) -> PriorRows:
     """Equations of the weighted priors at the current state."""
-    sigma = images.prior_sigma
+    sigma = weighting_sigma(images)
     weighted = np.isfinite(sigma) & (sigma > 0.0)
     rows = np.flatnonzero(weighted.any(axis=1))
     active = weighted[rows]

@@ -23,13 +23,15 @@ def curve_results(
     order = np.argsort(observed.curve, kind="stable")
     bounds = np.searchsorted(observed.curve[order], np.arange(len(curves.bases) + 1))
     sample_bounds = np.searchsorted(samples.curve, np.arange(len(curves.bases) + 1))
+    values = _values_dispersion(cofactors) * scale  # as many values as coefficients
     results = []
     for k in range(len(curves.bases)):
         rows = order[bounds[k] : bounds[k + 1]]
         place = slice(int(sample_bounds[k]), int(sample_bounds[k + 1]))
+        coefficient_rows = slice(int(curves.coefficient_start[k]), int(curves.coefficient_start[k + 1]))
         segments = slice(int(curves.segment_start[k]), int(curves.segment_start[k + 1]))
         pieces = SegmentCoefficients(_intervals(cofactors, k), coefficients[segments], sigma[segments])
-        results.append(_one(cofactors, k, samples, place, pieces, residuals, rows, scale))
+        results.append(_one(cofactors, k, samples, place, pieces, residuals, rows, values[coefficient_rows]))
     return tuple(results)
 
 
@@ -40,7 +42,7 @@ def _intervals(cofactors: Cofactors, curve: int) -> FloatArray:
 
 def _one(
     cofactors: Cofactors, k: int, samples: CurveSamples, place: slice, pieces: SegmentCoefficients,
-    residuals: ResidualTable, rows: IntArray, scale: float,
+    residuals: ResidualTable, rows: IntArray, values_dispersion: FloatArray,
 ) -> CurveResult:  # fmt: skip
     prepared = cofactors.assembler.prepared
     network, curve, basis = prepared.network, prepared.network.curves[k], prepared.curves.bases[k]
@@ -54,7 +56,7 @@ def _one(
     reference = curve.values if curve.reference is None else curve.reference
     return CurveResult(
         values=basis.values_from_coefficients(own) + shift,
-        values_dispersion=_values_dispersion(cofactors, k) * scale,
+        values_dispersion=values_dispersion,
         knots=samples.xyz[place][at_knot] + network.origin,
         knot_parameters=samples.u[place][at_knot],
         knot_sigma=np.sqrt(np.maximum(np.einsum("kii->ki", knot_dispersion), 0.0)),
@@ -73,12 +75,17 @@ def _one(
     )
 
 
-def _values_dispersion(cofactors: Cofactors, k: int) -> FloatArray:
-    """Cofactors of the user's values of a curve, (k, 3, 3)."""
+def _values_dispersion(cofactors: Cofactors) -> FloatArray:
+    """Cofactors of the user's values of all curves, one after another, (K, 3, 3)."""
     prepared = cofactors.assembler.prepared
-    basis, start = prepared.curves.bases[k], int(prepared.curves.coefficient_start[k])
-    columns, weights = basis.value_columns + start, basis.value_weights
-    blocks = cofactors.coefficient_windows(columns).reshape(
-        len(columns), columns.shape[1], 3, columns.shape[1], 3
-    )
-    return np.asarray(np.einsum("kj,kjalb,kl->kab", weights, blocks, weights, optimize=True))
+    support = prepared.curves.support
+    columns, weights = [np.zeros((0, support), dtype=np.int64)], [np.zeros((0, support))]
+    for basis, start in zip(prepared.curves.bases, prepared.curves.coefficient_start[:-1], strict=True):
+        wide = support - basis.value_columns.shape[1]
+        columns.append(np.pad(basis.value_columns, ((0, 0), (0, wide)), mode="edge") + start)
+        weights.append(np.pad(basis.value_weights, ((0, 0), (0, wide))))
+    place, weight = np.vstack(columns), np.vstack(weights)
+    if not len(place):
+        return np.zeros((0, 3, 3))
+    blocks = cofactors.coefficient_windows(place).reshape(len(place), support, 3, support, 3)
+    return np.asarray(np.einsum("kj,kjalb,kl->kab", weight, blocks, weight, optimize=True))

@@ -9,14 +9,20 @@ from __future__ import annotations
 import numpy as np
 
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
-from splinebba_cli.core.estimation.null_names import describe
+from splinebba_cli.core.estimation.design_matrix import unknown_count
+from splinebba_cli.core.estimation.gauss_markov import Solution
+from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
+from splinebba_cli.core.estimation.null_names import ORIENTATION
 from splinebba_cli.core.estimation.rank_diagnosis import null_space
 from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.quality.null_problems import null_problems
+from splinebba_cli.core.quality.orientation_dispersion import eop_transform
 from splinebba_cli.core.result import Problem
 from splinebba_cli.core.state import Prepared
 from splinebba_cli.errors import NotConvergedError, SingularNetworkError
 
 MEANINGLESS = 0.2
+EARLY_LIMIT = 500  # unknowns up to which the rank is looked at before the iterations
 
 
 def require_determined(prepared: Prepared, solved: ConditionedSolution) -> None:
@@ -33,26 +39,44 @@ def require_determined(prepared: Prepared, solved: ConditionedSolution) -> None:
             raise SingularNetworkError(problems)
     if not solution.converged:
         weak = _weak_images(prepared, solved)
-        raise NotConvergedError([_not_converged(solution.termination), *weak])
+        raise NotConvergedError([_not_converged(prepared, solution), *weak])
     weak = _weak_images(prepared, solved)
     if weak:
         raise SingularNetworkError(weak)
 
 
-def _not_converged(termination: str) -> Problem:
+def require_rank(assembler: Assembler, at: Linearization) -> None:
+    """Refuse a small network that is singular at its approximate values, before any iteration.
+
+    Raises
+    ------
+    SingularNetworkError
+        Naming the null directions of all equations, conditions included.
+    """
+    if unknown_count(assembler) > EARLY_LIMIT:
+        return
+    problems = null_problems(null_space(assembler, at), assembler.layout, assembler.prepared.network)
+    if problems:
+        raise SingularNetworkError(problems)
+
+
+def _not_converged(prepared: Prepared, solution: Solution) -> Problem:
+    names = ", ".join(f"`{prepared.network.curves[k].id}`" for k in solution.restless)
     return Problem(
         "SBB502",
         "error",
-        f"the adjustment did not converge: {termination}",
+        f"the adjustment did not converge: {solution.termination}"
+        + (f"; spline {names} keeps it from settling" if names else ""),
         "adjustment",
-        "check approximate values and units; look for gross errors; raise adjustment.max_iterations",
+        "choose other knots for these splines (`adjustment: {knots: {spacing_m: …, insert: true, drop: true}}`)"
+        if names
+        else "check approximate values and units; look for gross errors; raise adjustment.max_iterations",
     )
 
 
-def _null_problems(prepared: Prepared, solved: ConditionedSolution) -> list[Problem]:
+def _null_problems(prepared: Prepared, solved: ConditionedSolution) -> tuple[Problem, ...]:
     null = null_space(solved.assembler, solved.solution.linearization)
-    named = [describe(vector, solved.assembler.layout, prepared.network) for vector in null.vectors]
-    return list({(problem.code, problem.message): problem for problem in named}.values())
+    return null_problems(null, solved.assembler.layout, prepared.network)
 
 
 def object_distance(prepared: Prepared, solved: ConditionedSolution) -> FloatArray:
@@ -82,7 +106,7 @@ def _weak_images(prepared: Prepared, solved: ConditionedSolution) -> list[Proble
         (sigma[:, 3:].max(axis=1) > MEANINGLESS * distance) | (sigma[:, :3].max(axis=1) > MEANINGLESS)
     ):
         id_ = prepared.network.images.ids[image]
-        names = _inseparable(solved, int(image))
+        names = _inseparable(prepared, solved, int(image))
         worst = float(sigma[image, 3:].max())
         problems.append(
             Problem(
@@ -97,15 +121,18 @@ def _weak_images(prepared: Prepared, solved: ConditionedSolution) -> list[Proble
     return problems
 
 
-def _inseparable(solved: ConditionedSolution, image: int) -> str:
-    """Names of the two unknowns of an image with the highest correlation."""
-    factor = solved.solution.factor
-    assert factor is not None
+def _inseparable(prepared: Prepared, solved: ConditionedSolution, image: int) -> str:
+    """The angle and the coordinate of an image with the highest correlation."""
+    factor, state = solved.solution.factor, solved.solution.state
+    if factor is None:
+        return "its unknowns"
     block = np.asarray(factor.selected_inverse().blocks([image], [image]))[0]
+    transform = eop_transform(prepared.network.images, state.rotation)[image]
+    block = transform @ block @ transform.T
     root = np.sqrt(np.maximum(np.diag(block), 1e-300))
     correlation = np.abs(block / np.outer(root, root))[:3, 3:]
     angle, position = np.unravel_index(int(np.argmax(correlation)), correlation.shape)
-    return f"{('rotation about x', 'rotation about y', 'rotation about z')[angle]} and {('X₀', 'Y₀', 'Z₀')[position]}"
+    return f"{ORIENTATION[angle]} and {ORIENTATION[3 + position]}"
 
 
 def _length(metres: float) -> str:

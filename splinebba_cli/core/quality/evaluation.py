@@ -13,6 +13,7 @@ from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.network import FloatArray, Network
 from splinebba_cli.core.quality.check_features import check_points, check_splines
 from splinebba_cli.core.quality.cofactors import Cofactors
+from splinebba_cli.core.quality.curve_findings import curve_findings
 from splinebba_cli.core.quality.curve_precision import curve_samples
 from splinebba_cli.core.quality.curve_results import curve_results
 from splinebba_cli.core.quality.findings import findings
@@ -88,7 +89,7 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
         problems=adjusted.problems,
         dispersion=dispersion_blocks(cofactors, scale) if full_dispersion else None,
     )
-    return replace(result, problems=(*adjusted.problems, *findings(result)))
+    return replace(result, problems=(*adjusted.problems, *findings(result), *curve_findings(prepared, state)))
 
 
 def dispersion_scale(network: Network, statistics: Statistics) -> float:

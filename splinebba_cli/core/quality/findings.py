@@ -78,7 +78,7 @@ def _curves(result: AdjustmentResult) -> list[Problem]:
                 Problem(
                     "SBB533",
                     "info",
-                    f"spline `{network_curve.id}`: {weak.mean():.0%} of its length is weak across the curve "
+                    f"spline `{network_curve.id}`: {100.0 * weak.mean():.0f} % of its length is weak across the curve "
                     f"(σ up to {major.max():.3g} m, elsewhere {typical:.2g} m)",
                     f"spline `{network_curve.id}`",
                     "the images see these parts from directions that lie in one plane with the curve: add images "
@@ -97,11 +97,12 @@ def _correlations(result: AdjustmentResult) -> list[Problem]:
         return []
     names = ", ".join(f"`{result.network.images.ids[k]}`" for k in high[:6])
     more = f" and {len(high) - 6} more" if len(high) > 6 else ""
+    images = "image" if len(high) == 1 else "images"
     return [
         Problem(
             "SBB534",
             "info",
-            f"orientation unknowns of image {names}{more} are correlated by more than 95 %",
+            f"orientation unknowns of {images} {names}{more} are correlated by more than 95 %",
             "images",
             "usual for narrow angles over flat ground; positions and angles are good only together",
         )

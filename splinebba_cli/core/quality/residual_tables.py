@@ -6,6 +6,7 @@ import numpy as np
 
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
 from splinebba_cli.core.network import FloatArray
+from splinebba_cli.core.observations.orientation_priors import weighting_sigma
 from splinebba_cli.core.quality.redundancy import RedundancyNumbers
 from splinebba_cli.core.result import PriorResidual, ResidualTable
 from splinebba_cli.core.state import Prepared
@@ -119,9 +120,10 @@ def _orientation_priors(
     prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers
 ) -> list[PriorResidual]:
     priors, images = solved.solution.linearization.orientation_priors, prepared.network.images
+    given = weighting_sigma(images)
     found = []
     for q, c in zip(*np.nonzero(priors.active), strict=True):
-        sigma = float(images.prior_sigma[priors.image[q], c])
+        sigma = float(given[priors.image[q], c])
         found.append(
             PriorResidual(
                 "eop prior",

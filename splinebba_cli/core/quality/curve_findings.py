@@ -1,0 +1,53 @@
+"""What is wrong with the shape of adjusted curves: folds, and segments that nothing supports."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from splinebba_cli.core.estimation.curve_folding import folded_segments
+from splinebba_cli.core.result import Problem
+from splinebba_cli.core.state import Prepared, State
+
+
+def curve_findings(prepared: Prepared, state: State) -> tuple[Problem, ...]:
+    """Problems of the curves that take part with free coefficients."""
+    free = [bool(np.isinf(curve.sigma).all()) for curve in prepared.network.curves]
+    return (*_folded(prepared, state, free), *_unsupported(prepared, state, free))
+
+
+def _folded(prepared: Prepared, state: State, free: list[bool]) -> list[Problem]:
+    folds = folded_segments(prepared, state.coefficients)
+    return [
+        Problem(
+            "SBB535",
+            "warning",
+            f"spline `{curve.id}` turns back on itself between two knots",
+            f"spline `{curve.id}`",
+            "its knots are too dense for its measurements: use fewer, or `adjustment: {knots: {drop: true}}`",
+        )
+        for curve, count, is_free in zip(prepared.network.curves, folds, free, strict=True)
+        if count and is_free
+    ]
+
+
+def _unsupported(prepared: Prepared, state: State, free: list[bool]) -> list[Problem]:
+    curves, measured = prepared.curves, prepared.network.curve_observations
+    segment, _ = curves.locate(measured.curve, state.location)
+    number = np.bincount(segment, minlength=len(curves.left))
+    found = []
+    for k, curve in enumerate(prepared.network.curves):
+        own = number[int(curves.segment_start[k]) : int(curves.segment_start[k + 1])]
+        empty = np.flatnonzero(own == 0)
+        if not free[k] or not len(empty) or not own.sum():
+            continue
+        places = ", ".join(f"{s}-{s + 1}" for s in empty[:5]) + (" …" if len(empty) > 5 else "")
+        found.append(
+            Problem(
+                "SBB536",
+                "warning",
+                f"spline `{curve.id}`: no measured point lies between knots {places}",
+                f"spline `{curve.id}`",
+                "measure there, remove a knot, or let the program do it: `adjustment: {knots: {drop: true}}`",
+            )
+        )
+    return found
