@@ -18,7 +18,7 @@ from splinebba_cli.core.estimation.elimination import (
     eliminate_points,
 )
 from splinebba_cli.core.estimation.parameters import ORIENTATION_SIZE, ParameterLayout, node_positions
-from splinebba_cli.core.estimation.window_map import Slot, WindowMap
+from splinebba_cli.core.estimation.window_map import Slot, WindowMap, pair_map
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.observations.coefficient_rows import CoefficientRows
 from splinebba_cli.core.observations.curve_points import CurveRows, linearize_curve_points
@@ -305,12 +305,4 @@ class Assembler:
         if len(observed):
             a, b = observed.image[self.pairs.a], observed.image[self.pairs.b]
             zero = np.zeros_like(a)
-            self._pair_map = _pair_map(self._structure, Slot(a, zero, 6), Slot(b, zero, 6))
-
-
-def _pair_map(structure: BlockStructure, first: Slot, second: Slot) -> WindowMap:
-    """Positions of the off-diagonal blocks (first, second), first.node <= second.node."""
-    base = structure.offsets[structure.find(first.node, second.node)]
-    index = base[:, None] + np.arange(first.size * second.size)
-    shape = (len(base), first.size, second.size)
-    return WindowMap(index.reshape(shape), np.ones(shape, dtype=bool))
+            self._pair_map = pair_map(self._structure, Slot(a, zero, 6), Slot(b, zero, 6))
