@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,8 +13,6 @@ from splinebba_cli.commands.console import (
     Log,
     expected_errors,
     print_json,
-    problem_data,
-    problem_text,
     rich_console,
 )
 from splinebba_cli.commands.options import (
@@ -28,7 +27,7 @@ from splinebba_cli.commands.options import (
 from splinebba_cli.errors import ExitCode
 
 if TYPE_CHECKING:
-    from splinebba_cli.core.result import AdjustmentResult, Problem
+    from splinebba_cli.core.result import AdjustmentResult
 
 
 def adjust(
@@ -67,6 +66,7 @@ def adjust(
         full = dispersion is DispersionChoice.full
         result = adjust_network(loaded.network, observer=log.iteration, full_dispersion=full)
         failed = violations(loaded.model.acceptance, result)
+        result = replace(result, problems=(*failed, *result.problems))
         adjusted = time.perf_counter()
         directory = output if output is not None else default_output(loaded.path)
         write_result_folder(
@@ -81,9 +81,9 @@ def adjust(
         )
         log.detail(f"read {read - start:.2f} s, adjusted {adjusted - read:.2f} s")
         if format is OutputFormat.json:
-            print_json(summary_data(result, failed, directory))
+            print_json(summary_data(result, directory, accepted=not failed))
         else:
-            _print_summary(result, failed, directory)
+            _print_summary(result, directory)
     if failed:
         raise typer.Exit(ExitCode.NOT_ACCEPTED)
 
@@ -93,25 +93,23 @@ def default_output(project: Path) -> Path:
     return project.with_name(f"{project.stem}.results")
 
 
-def summary_data(result: AdjustmentResult, failed: tuple[Problem, ...], directory: Path) -> dict[str, Any]:
+def summary_data(result: AdjustmentResult, directory: Path, *, accepted: bool) -> dict[str, Any]:
     """What ``adjust --format json`` prints: the head of result.json and the verdict."""
     from splinebba_cli.output.result_json import result_to_dict
 
     content = result_to_dict(result)
     return {
         "results": str(directory),
-        "accepted": not failed,
+        "accepted": accepted,
         "status": content["status"],
         "statistics": content["statistics"],
-        "problems": [*content["problems"], *map(problem_data, failed)],
+        "problems": content["problems"],
     }
 
 
-def _print_summary(result: AdjustmentResult, failed: tuple[Problem, ...], directory: Path) -> None:
+def _print_summary(result: AdjustmentResult, directory: Path) -> None:
     from splinebba_cli.report.console import console_summary
 
     console = rich_console()
     console.print(console_summary(result))
-    for problem in failed:
-        console.print(problem_text(problem), style="bold red", markup=False, soft_wrap=True)
     console.print(f"Results: {directory}", markup=False, soft_wrap=True)

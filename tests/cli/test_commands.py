@@ -142,7 +142,14 @@ def test_acceptance(project: Path, tmp_path: Path) -> None:
     found = json.loads(result.stdout)
     assert not found["accepted"]
     assert [p["subject"] for p in found["problems"] if p["code"] == "SBB510"] == ["acceptance.max_sigma0"]
-    assert (tmp_path / "out" / "result.json").exists()
+    assert content(tmp_path / "out")["problems"][0]["code"] == "SBB510"
+    report = (tmp_path / "out" / "report.txt").read_text(encoding="utf-8")
+    assert "ADJUSTED, BUT NOT ACCEPTABLE" in report
+    assert "σ̂₀" in report.partition("SBB510")[2].partition("exceeds")[0]
+    as_text = run("adjust", project, "-o", tmp_path / "out", "--no-html", "-q")
+    assert as_text.exit_code == 1
+    assert as_text.stdout.startswith("Adjusted, but not acceptable")
+    assert as_text.stdout.count("SBB510") == 1
 
 
 def test_nothing_is_written_for_an_invalid_project(project: Path) -> None:

@@ -113,10 +113,11 @@ def solve(
             at, last_decrease, stiff = again, np.inf, True
             continue
         if settled:
-            amount = Damping.starting(assembler, 0.0)
+            amount, last_length = Damping.starting(assembler, 0.0), np.inf
             continue
         trial, before = _trial(assembler, step.state, at), curve_costs(assembler, at)
-        slack = UNCHANGED * max(at.cost, 1e-12) if step.length <= STATIONARY else 0.0
+        # along a curve a small step bends: v'Pv may grow by about its own size before it falls
+        slack = max(4.0 * step.length**2, UNCHANGED * at.cost) if step.length <= STATIONARY else 0.0
         if trial.at is not None and at.cost - trial.at.cost >= -slack and not _culprits_fold(trial, amount):
             last_decrease = abs(at.cost - trial.at.cost)
             amount = amount.relaxed((at.cost - trial.at.cost) / max(step.predicted, 1e-300))

@@ -17,7 +17,8 @@ def check_points(network: Network, xyz: FloatArray, dispersion: FloatArray) -> t
     for k, id_ in enumerate(network.points.ids):
         if network.points.role[k] != "check" or rays[k] < 2 or not np.isfinite(network.points.xyz[k]).all():
             continue
-        given = np.nan_to_num(network.points.check_sigma[k])
+        sigma = network.points.check_sigma[k]
+        given = np.where(np.isfinite(sigma), sigma, 0.0)
         difference = xyz[k] - network.points.xyz[k]
         covariance = dispersion[k] + np.diag(given**2)
         normalized = float(np.sqrt(difference @ np.linalg.solve(covariance, difference) / 3.0))
