@@ -98,6 +98,17 @@ def test_table_5_6_control_spline_locations_only() -> None:
     assert found.redundancy == 18
 
 
+def test_a_held_location_is_no_unknown() -> None:
+    """Points bound to the first of four segments: those beyond its end keep two equations and lose their unknown."""
+    network = design(curve("control", WINDING, 0.0, "natural_cubic"), each=12, known=True)
+    seen = network.curve_observations
+    inside = int((seen.location < 1.0).sum())
+    bound = replace(seen, segment=np.zeros(len(seen), dtype=np.int64), location=np.full(len(seen), np.nan))
+    found = budget(replace(network, curve_observations=bound))
+    assert 0 < inside < len(seen)
+    assert figures(found) == (2 * len(seen), inside, inside, 0)
+
+
 def test_table_5_7_six_orientations_one_control_segment() -> None:
     """66 / 60, rank 60, nullity 0.
 

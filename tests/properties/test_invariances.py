@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from hypothesis import assume, given, settings
+from hypothesis import Phase, assume, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -30,7 +30,7 @@ from tests.properties.transformed_networks import (
 )
 
 SMALL = 1e-3  # of sigma
-few = settings(max_examples=4, deadline=None, derandomize=True)
+few = settings(max_examples=4, deadline=None, derandomize=True, phases=[Phase.generate])
 angle = st.floats(-np.pi, np.pi)
 SAME = Similarity(1.0, np.eye(3), np.zeros(3))
 

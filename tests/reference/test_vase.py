@@ -17,7 +17,9 @@ from splinebba_cli.core.network import KnotPolicy
 from splinebba_cli.core.result import AdjustmentResult
 from tests.reference_data import reference_dir, vase_network, vase_scan
 
-pytestmark = pytest.mark.skipif(not (reference_dir() / "vase").is_dir(), reason="reference data are not there")
+pytestmark = pytest.mark.skipif(
+    not (reference_dir() / "vase").is_dir(), reason="reference data are not there"
+)
 WELL_DETERMINED_M = 0.0003
 
 

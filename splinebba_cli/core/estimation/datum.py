@@ -17,8 +17,17 @@ import numpy as np
 
 from splinebba_cli.core.estimation.parameters import ParameterLayout
 from splinebba_cli.core.network import BoolArray, FloatArray
+from splinebba_cli.core.result import Problem
 from splinebba_cli.core.state import State
+from splinebba_cli.errors import SingularNetworkError
 
+_NO_MINIMAL_DATUM = Problem(
+    "SBB523",
+    "error",
+    "a minimal datum holds two images, but fewer than two are free",
+    "datum",
+    "use `adjustment: {datum: control}`, or free the orientations of two images",
+)
 KEEP_LEVERAGE = 0.9  # a knot that slides by more than three sigma of its condition
 DATUM_DEFECT = 7
 
@@ -39,12 +48,12 @@ def minimal_datum(layout: ParameterLayout, state: State) -> ParameterLayout:
 
     Raises
     ------
-    ValueError
+    SingularNetworkError
         If fewer than two images are free.
     """
     free = np.flatnonzero((layout.image_mask > 0.0).all(axis=1))
     if len(free) < 2:
-        raise ValueError("a minimal datum needs two free images")
+        raise SingularNetworkError([_NO_MINIMAL_DATUM])
     centre = state.position[free].mean(axis=0)
     first = free[np.argmax(np.linalg.norm(state.position[free] - centre, axis=1))]
     base = state.position[free] - state.position[first]

@@ -19,6 +19,7 @@ from splinebba_cli.core.network import FloatArray
 
 DENSE_LIMIT = 1500  # unknowns up to which the design matrix is decomposed
 RELATIVE_ZERO = 1e-11  # of the largest singular value
+CLEAR = 1e-9  # eigenvalue of the scaled normal matrix from which nothing needs a closer look
 SHIFT = 1e-10
 EIGEN_ZERO = 1e-11
 
@@ -52,12 +53,23 @@ def _dense_null_space(assembler: Assembler, design: DesignMatrix) -> NullSpace:
     scale = np.linalg.norm(design.matrix, axis=0)
     reached = scale > 0.0
     scaled = design.matrix / np.where(reached, scale, 1.0)
+    if reached.all() and _clearly_regular(scaled):
+        return NullSpace(columns, columns, np.zeros((0, width)))
     matrix = np.vstack([scaled, np.zeros((max(0, columns - len(scaled)), columns))])
     _, singular, right = np.linalg.svd(matrix, full_matrices=False)
     zero = singular <= RELATIVE_ZERO * max(float(singular[0]), 1e-300)
     vectors = np.zeros((int(zero.sum()), width))
     vectors[:, design.unknown] = right[zero]
     return NullSpace(columns, columns - len(vectors), vectors)
+
+
+def _clearly_regular(scaled: FloatArray) -> bool:
+    """Whether all singular values exceed the root of CLEAR: a Cholesky factorisation costs less than they do."""
+    try:
+        np.linalg.cholesky(scaled.T @ scaled - CLEAR * np.eye(scaled.shape[1]))
+    except np.linalg.LinAlgError:
+        return False
+    return True
 
 
 def _sparse_null_space(assembler: Assembler, at: Linearization, start: int = 12) -> NullSpace:

@@ -123,7 +123,7 @@ def _stiff_rows(
     r, r1, r2, _ = projected_derivatives(prepared, state, polynomials, every, state.location)
     square = np.sum(r1 * r1, axis=1)
     bend = np.sum(r * r2, axis=1)
-    share = np.where(bend > 0.0, bend / np.maximum(square + bend, 1e-300), 0.0)
+    share = np.divide(bend, square + bend, out=np.zeros_like(bend), where=bend > 1e-12)
     rows = np.flatnonzero(share > STIFF)
     along = np.sqrt(share[rows])[:, None] * unit[rows]
     return StiffRows(

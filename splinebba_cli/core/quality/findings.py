@@ -7,9 +7,8 @@ import numpy as np
 from splinebba_cli.core.result import AdjustmentResult, Problem
 
 LITTLE = 0.02  # share of the redundancy that conditions may take without a word
-WEAK_RATIO = (
-    5.0  # larger over smaller lateral semi-axis, or over the median of the curve, that is worth a word
-)
+WEAK_RATIO = 3.0  # larger lateral semi-axis over its median in the network
+WORTH_A_WORD = 0.05  # share of a curve's length
 
 
 def findings(result: AdjustmentResult) -> tuple[Problem, ...]:
@@ -64,25 +63,29 @@ def _global(result: AdjustmentResult) -> list[Problem]:
 
 
 def _curves(result: AdjustmentResult) -> list[Problem]:
+    """Curves with stretches much weaker across the curve than is usual in this network."""
+    tied = [
+        (curve, given)
+        for curve, given in zip(result.curves, result.network.curves, strict=True)
+        if given.role != "control" and len(curve.sample_across)
+    ]
+    if not tied:
+        return []
+    usual = float(np.median(np.concatenate([curve.sample_across[:, 0] for curve, _ in tied])))
     found = []
-    for curve, network_curve in zip(result.curves, result.network.curves, strict=True):
-        if not len(curve.sample_across) or network_curve.role == "control":
-            continue
+    for curve, given in tied:
         major = curve.sample_across[:, 0]
-        typical = float(np.median(curve.sample_across[:, 1]))
-        if typical <= 0.0:
-            continue
-        weak = major > WEAK_RATIO * typical
-        if weak.mean() > 0.05:
+        weak = major > WEAK_RATIO * usual
+        if usual > 0.0 and weak.mean() > WORTH_A_WORD:
             found.append(
                 Problem(
                     "SBB533",
                     "info",
-                    f"spline `{network_curve.id}`: {100.0 * weak.mean():.0f} % of its length is weak across the curve "
-                    f"(σ up to {major.max():.3g} m, elsewhere {typical:.2g} m)",
-                    f"spline `{network_curve.id}`",
-                    "the images see these parts from directions that lie in one plane with the curve: add images "
-                    "from another side, or do not use the weak direction",
+                    f"spline `{given.id}`: {100 * weak.mean():.0f} % of its length is weak across the curve "
+                    f"(σ up to {major.max():.3g} m, usual in this network {usual:.2g} m)",
+                    f"spline `{given.id}`",
+                    "the images see these parts from directions that lie in one plane with the curve: add images from "
+                    "another side, or do not use the weak direction",
                 )
             )
     return found

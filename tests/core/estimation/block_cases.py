@@ -93,9 +93,7 @@ def complete(rng: np.random.Generator, n: int = 40) -> tuple:
 def curves_and_images(rng: np.random.Generator, n_images: int = 48, n_curves: int = 60) -> tuple:
     """Images in strips, short curves on neighbouring images, one long curve of linked nodes."""
     image = np.c_[np.arange(n_images) % 12, np.arange(n_images) // 12].astype(float)
-    curve = np.r_[
-        rng.uniform([0, 0], [11, 3], (n_curves, 2)), np.c_[np.arange(11) + 0.5, np.full(11, 1.5)]
-    ]
+    curve = np.r_[rng.uniform([0, 0], [11, 3], (n_curves, 2)), np.c_[np.arange(11) + 0.5, np.full(11, 1.5)]]
     distance = np.linalg.norm(curve[:, None] - image[None], axis=2)
     c, i = np.nonzero(distance < 0.9)
     link = n_images + n_curves + np.arange(10)

@@ -28,6 +28,4 @@ def test_matrix_products_and_diagonal_equal_dense(maker: Maker) -> None:
     np.testing.assert_array_equal(dense, dense.T)
     np.testing.assert_array_equal(case.matrix.diagonal(), np.diag(dense))
     x = np.random.default_rng(9).normal(size=len(dense))
-    np.testing.assert_allclose(
-        case.matrix.multiply(x), dense @ x, atol=1e-13 * np.abs(dense).sum(1).max()
-    )
+    np.testing.assert_allclose(case.matrix.multiply(x), dense @ x, atol=1e-13 * np.abs(dense).sum(1).max())

@@ -84,9 +84,7 @@ def test_pairs_outside_the_pattern_are_named() -> None:
     rng = np.random.default_rng(7)
     sizes, rows, cols, positions, _ = chain(rng)
     structure = BlockStructure.from_pairs(sizes, rows, cols)
-    selected = (
-        analyse(structure, positions).factorize(random_values(structure, rng)).selected_inverse()
-    )
+    selected = analyse(structure, positions).factorize(random_values(structure, rng)).selected_inverse()
     with pytest.raises(PairNotInPattern, match=r"\(2, 60\)"):
         selected.blocks([0, 2], [1, 60])
     with pytest.raises(KeyError, match=r"\(5, 3\)"):

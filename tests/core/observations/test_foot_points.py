@@ -25,11 +25,13 @@ from tests.core.observations import complex_step
 from tests.core.observations.random_network import random_case
 
 SAMPLES = 4001
+HAIRPIN = np.array([[3150.0, 4200.0, 40.0], [900.0, 60.0, 10.0], [-2400.0, 60.0, 0.0], [1700.0, -20.0, 0.0]])
 FEATURES = (
     tie("winding", "natural_cubic", WINDING),
     tie("straight", "natural_cubic", STRAIGHT),
     tie("cubic", "free_cubic", CUBIC),
     tie("line", "straight_line", LINE),
+    tie("hairpin", "free_cubic", HAIRPIN),
 )
 
 
