@@ -16,6 +16,7 @@ from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.network import FloatArray, Network
 from splinebba_cli.core.observations.coefficient_rows import value_rows
 from splinebba_cli.core.state import prepare
+from splinebba_cli.errors import SingularNetworkError
 from splinebba_cli.simulation.six_image_block import simulate_block
 from tests.core.small_networks import start_of
 
@@ -104,7 +105,7 @@ def test_a_datum_needs_two_free_images() -> None:
     layout = layout_of(prepared)
     mask = layout.image_mask.copy()
     mask[1:] = 0.0
-    with pytest.raises(ValueError, match="two free images"):
+    with pytest.raises(SingularNetworkError, match="fewer than two are free"):
         minimal_datum(replace(layout, image_mask=mask), start_of(network))
     held = minimal_datum(layout, start_of(network)).image_mask
     assert (held == 0.0).sum() == 7
