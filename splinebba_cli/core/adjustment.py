@@ -30,7 +30,7 @@ from splinebba_cli.errors import NotConvergedError
 CURVE_DAMPING = 1e-3  # starting value where curves are adjusted
 POINTS_NEEDED = 3
 CALMING_ROUNDS = 4
-REFINEMENT_ROUNDS = 3
+REFINEMENT_ROUNDS = 2
 ENOUGH = 0.995  # of the cost: less gain is not worth another round
 
 

@@ -8,7 +8,7 @@ largest |d_i| / sigma_i.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -31,6 +31,7 @@ UNCHANGED = 1e-7  # of the cost
 CONTRACTING = 0.3  # of the last step: iterations that shrink faster go on
 MUCH_WORSE = 1.5
 OWN_LIMIT = 1.0  # damping of one curve beyond which it is no longer held back
+FORGETTING = 0.8  # per step
 RESTLESS = 0.1  # of the changes of all curves in the last steps
 
 Observer = Callable[[Iteration], None]
@@ -66,6 +67,8 @@ class _Step:
     state: State
     length: float  # sqrt(d'h)
     predicted: float  # predicted decrease of the cost
+    factor: Factor
+    eliminated: EliminatedPoints
 
 
 def solve(
@@ -83,58 +86,100 @@ def solve(
     Solution
         With `converged` False and the reason in `termination` where the iterations ended otherwise.
     """
-    state = search_locations(assembler.prepared, state)
-    at = _linearized(assembler, state)
-    amount = Damping.starting(assembler, damping)
-    log: list[Iteration] = []
-    last_decrease, last_length, stiff = np.inf, np.inf, True
-    unrest = np.zeros(len(amount.of_curve))
-    for number in range(1, max_iterations + 1):
-        step, factor, eliminated = _damped_step(assembler, at, amount, stiff)
+    run = _Run(assembler, stage, observer, Damping.starting(assembler, damping), stiff=damping > 0.0)
+    at = _linearized(assembler, search_locations(assembler.prepared, state))
+    for _ in range(max_iterations):
+        step = run.step_from(at)
         if step is None:
             reason = "normal matrix is singular"
-            return Solution(at, None, None, False, reason, tuple(log), _failed(assembler, at))
-        log.append(Iteration(stage, number, at.cost, step.length, amount.everywhere))
-        if observer:
-            observer(log[-1])
-        stationary = (
-            last_decrease <= UNCHANGED * at.cost and CONTRACTING * last_length < step.length <= STATIONARY
-        )
-        settled, last_length = step.length <= NEGLIGIBLE or stationary, step.length
-        if settled and amount.none and stiff:
-            stiff = not len(at.curve.stiff.point)
-            if stiff is False:
-                continue
-        if settled and amount.none:
+            return Solution(at, None, None, False, reason, tuple(run.log), _failed(assembler, at))
+        if not run.settled(step, at):
+            at = run.advanced(at, step)
+        elif not run.plain:
+            run.make_plain()
+        else:
             again = _linearized(assembler, search_locations(assembler.prepared, at.state))
             if again.cost >= at.cost * (1.0 - UNCHANGED) - UNCHANGED * NEGLIGIBLE:
                 name = "step negligible" if step.length <= NEGLIGIBLE else "cost stationary"
-                return Solution(at, factor, eliminated, True, name, tuple(log))
-            at, last_decrease, stiff = again, np.inf, True
-            continue
-        if settled:
-            amount, last_length = Damping.starting(assembler, 0.0), np.inf
-            continue
-        trial, before = _trial(assembler, step.state, at), curve_costs(assembler, at)
+                return Solution(at, step.factor, step.eliminated, True, name, tuple(run.log))
+            at, run.last_decrease = again, np.inf
+        if run.damping.exhausted:
+            break
+    exhausted = run.damping.exhausted
+    reason = "no step lowers the residuals" if exhausted else f"not converged in {max_iterations} iterations"
+    return Solution(at, None, None, False, reason, tuple(run.log), restless=run.restless)
+
+
+@dataclass
+class _Run:
+    """The changing part of the iterations: damping, and what the last steps did."""
+
+    assembler: Assembler
+    stage: str
+    observer: Observer | None
+    damping: Damping
+    stiff: bool  # whether steps take the second-order part of the locations: from the first rejected step on
+    log: list[Iteration] = field(default_factory=list)
+    last_decrease: float = np.inf
+    last_length: float = np.inf
+    unrest: FloatArray | float = 0.0  # (nc,) recent changes of every curve's residuals
+
+    @property
+    def plain(self) -> bool:
+        """Whether the step is the undamped one of the normal equations."""
+        return self.damping.none and not self.stiff
+
+    @property
+    def restless(self) -> tuple[int, ...]:
+        """Curves that keep the iterations from settling."""
+        unrest = np.atleast_1d(self.unrest)
+        return tuple(int(k) for k in np.flatnonzero(unrest > RESTLESS * unrest.sum()))
+
+    def step_from(self, at: Linearization) -> _Step | None:
+        """The next step; None where the normal matrix is singular."""
+        step = _damped_step(self.assembler, at, self.damping, self.stiff)
+        if step is not None:
+            self.log.append(
+                Iteration(self.stage, len(self.log) + 1, at.cost, step.length, self.damping.everywhere)
+            )
+            if self.observer:
+                self.observer(self.log[-1])
+        return step
+
+    def settled(self, step: _Step, at: Linearization) -> bool:
+        """Whether a step is negligible, or small while neither it nor the cost shrinks any more."""
+        contracting = step.length <= CONTRACTING * self.last_length
+        stationary = (
+            self.last_decrease <= UNCHANGED * at.cost and step.length <= STATIONARY and not contracting
+        )
+        self.last_length = step.length
+        return step.length <= NEGLIGIBLE or stationary
+
+    def make_plain(self) -> None:
+        """Take off the damping first, then the second-order part."""
+        if self.damping.none:
+            self.stiff = False
+        else:
+            self.damping, self.last_length = Damping.starting(self.assembler, 0.0), np.inf
+
+    def advanced(self, at: Linearization, step: _Step) -> Linearization:
+        """The equations after an accepted step, or the same with more damping after a rejected one."""
+        trial = _trial(self.assembler, step.state, at)
+        if trial.at is not None:
+            change = np.abs(curve_costs(self.assembler, trial.at) - curve_costs(self.assembler, at))
+            self.unrest = FORGETTING * self.unrest + change
         # along a curve a small step bends: v'Pv may grow by about its own size before it falls
         slack = max(4.0 * step.length**2, UNCHANGED * at.cost) if step.length <= STATIONARY else 0.0
-        if trial.at is not None and at.cost - trial.at.cost >= -slack and not _culprits_fold(trial, amount):
-            last_decrease = abs(at.cost - trial.at.cost)
-            amount = amount.relaxed((at.cost - trial.at.cost) / max(step.predicted, 1e-300))
-            at = trial.at
-        else:
-            amount = amount.raised(_culprits(assembler, at, trial, amount))
-            if amount.exhausted:
-                break
-        if trial.at is not None:
-            unrest = 0.8 * unrest + np.abs(curve_costs(assembler, trial.at) - before)
-    reason = (
-        "no step lowers the residuals"
-        if amount.exhausted
-        else f"not converged in {max_iterations} iterations"
-    )
-    restless = tuple(int(k) for k in np.flatnonzero(unrest > RESTLESS * unrest.sum()))
-    return Solution(at, None, None, False, reason, tuple(log), restless=restless)
+        if trial.at is None or at.cost - trial.at.cost < -slack or _folds(trial, self.damping):
+            self.damping, self.stiff = (
+                self.damping.raised(_culprits(self.assembler, at, trial, self.damping)),
+                True,
+            )
+            return at
+        decrease = at.cost - trial.at.cost
+        self.last_decrease = abs(decrease)
+        self.damping = self.damping.relaxed(decrease / max(step.predicted, 1e-300))
+        return trial.at
 
 
 def _linearized(assembler: Assembler, state: State) -> Linearization:
@@ -172,7 +217,7 @@ def _trial(assembler: Assembler, state: State, at: Linearization) -> _Trial:
         return _Trial(None, folds)
 
 
-def _culprits_fold(trial: _Trial, amount: Damping) -> bool:
+def _folds(trial: _Trial, amount: Damping) -> bool:
     """Whether a step folds a curve that damping of its own may still keep from it."""
     return bool((trial.folds & (amount.of_curve < OWN_LIMIT)).any())
 
@@ -186,9 +231,7 @@ def _culprits(assembler: Assembler, at: Linearization, trial: _Trial, amount: Da
     return np.asarray(spoilt & (amount.of_curve < OWN_LIMIT))
 
 
-def _damped_step(
-    assembler: Assembler, at: Linearization, amount: Damping, stiff: bool
-) -> tuple[_Step | None, Factor | None, EliminatedPoints | None]:
+def _damped_step(assembler: Assembler, at: Linearization, amount: Damping, stiff: bool) -> _Step | None:
     """A step with the given damping; None where the normal matrix stays indefinite.
 
     Where the undamped matrix is not positive definite, `amount` is raised in place until it is.
@@ -211,8 +254,8 @@ def _damped_step(
             np.einsum("ni,nij,nj->", eliminated.right_side, eliminated.inverse, eliminated.right_side)
         )
         moved = apply_step(assembler, at.state, reduced, points)
-        return _Step(moved, float(np.sqrt(max(predicted, 0.0))), predicted), factor, eliminated
-    return None, None, None
+        return _Step(moved, float(np.sqrt(max(predicted, 0.0))), predicted, factor, eliminated)
+    return None
 
 
 def _failed(assembler: Assembler, at: Linearization) -> int:
