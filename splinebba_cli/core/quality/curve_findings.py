@@ -23,7 +23,8 @@ def _folded(prepared: Prepared, state: State, free: list[bool]) -> list[Problem]
             "warning",
             f"spline `{curve.id}` turns back on itself between two knots",
             f"spline `{curve.id}`",
-            "its knots are too dense for its measurements: use fewer, or `adjustment: {knots: {drop: true}}`",
+            "its knots are too dense for its measurements: use fewer of them, "
+            "`adjustment: {knots: {spacing_m: …, drop: true}}`",
         )
         for curve, count, is_free in zip(prepared.network.curves, folds, free, strict=True)
         if count and is_free
