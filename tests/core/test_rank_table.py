@@ -3,7 +3,8 @@
 The table counts arc lengths, which do not exist yet.  They do not change which directions are undetermined, so the
 rows are shown without them: equations and redundancy are smaller by their number, rank and nullity are the table's
 where the image points alone suffice.  Where they do not (4 points an image and no more equations), more points take
-their place and only the nullity can be compared; each test says so.
+their place and only the nullity can be compared; each test says so.  The complete rows, arc lengths written in the
+test itself, are in test_rank_table_with_arcs.py.
 """
 
 from __future__ import annotations
