@@ -24,6 +24,7 @@ from splinebba_cli.core.observations.coefficient_rows import CoefficientRows
 from splinebba_cli.core.observations.curve_points import CurveRows, linearize_curve_points
 from splinebba_cli.core.observations.image_points import PointRows, linearize_image_points
 from splinebba_cli.core.observations.orientation_priors import PriorRows, linearize_orientation_priors
+from splinebba_cli.core.observations.second_order_rows import second_order_rows
 from splinebba_cli.core.row_groups import RowGroups
 from splinebba_cli.core.state import Prepared, State
 
@@ -151,7 +152,7 @@ class Assembler:
 
     def stiffness(self, at: Linearization) -> FloatArray:
         """Flat values that the second-order part of the locations adds to the normal matrix."""
-        rows, layout = at.curve.stiff, self.layout
+        rows, layout = second_order_rows(self.prepared, at.state), self.layout
         values = np.zeros(len(at.base_values))
         if not len(rows.point):
             return values

@@ -17,28 +17,9 @@ import numpy as np
 
 from splinebba_cli.core.camera.collinearity import project_with_jacobian
 from splinebba_cli.core.network import FloatArray, IntArray
-from splinebba_cli.core.observations.locations import projected_derivatives
 from splinebba_cli.core.state import Prepared, State
 
-STIFF = 0.05  # share of the equation along the curve that is worth keeping
 UNSETTLED = 1e-6  # residual along the curve, in sigma, above which a location is no foot point
-
-
-@dataclass(frozen=True)
-class StiffRows:
-    """Second-order part of the elimination at sharp turns.
-
-    The location has the exact second derivative h = b . b + r . r''.  Eliminating it with h instead of b . b leaves
-    the share 1 - b . b / h of the equation along the curve in the normal matrix: at a corner a point on the outer
-    side holds the corner itself.  Its residual is 0, so that it changes steps, not the solution.
-    """
-
-    point: IntArray  # (q,) measured points with a share worth its cost
-    image: IntArray  # (q,)
-    segment: IntArray  # (q,)
-    orientation: FloatArray  # (q, 6) scaled by the root of the share
-    weights: FloatArray  # (q, w)
-    direction: FloatArray  # (q, 3)
 
 
 @dataclass(frozen=True)
@@ -56,7 +37,6 @@ class CurveRows:
     speed: FloatArray  # (n,) |b|, whitened residual per unit of u
     normal: FloatArray  # (n, 2) whitened unit normal
     cost: float  # sum of squares that remains after the elimination
-    stiff: StiffRows
 
 
 def linearize_curve_points(prepared: Prepared, state: State, held: IntArray) -> CurveRows:
@@ -110,27 +90,4 @@ def linearize_curve_points(prepared: Prepared, state: State, held: IntArray) -> 
         speed=speed,
         normal=normal,
         cost=float(residual @ residual),
-        stiff=_stiff_rows(prepared, state, segment, weights, unit, a_eop, a_xyz),
-    )
-
-
-def _stiff_rows(
-    prepared: Prepared, state: State, segment: IntArray, weights: FloatArray, unit: FloatArray, a_eop: FloatArray,
-    a_xyz: FloatArray,
-) -> StiffRows:  # fmt: skip
-    every = np.arange(len(segment))
-    polynomials = prepared.curves.segment_polynomials(state.coefficients)
-    r, r1, r2, _ = projected_derivatives(prepared, state, polynomials, every, state.location)
-    square = np.sum(r1 * r1, axis=1)
-    bend = np.sum(r * r2, axis=1)
-    share = np.divide(bend, square + bend, out=np.zeros_like(bend), where=bend > 1e-12)
-    rows = np.flatnonzero(share > STIFF)
-    along = np.sqrt(share[rows])[:, None] * unit[rows]
-    return StiffRows(
-        point=rows,
-        image=prepared.network.curve_observations.image[rows],
-        segment=segment[rows],
-        orientation=np.matmul(along[:, None, :], a_eop[rows])[:, 0],
-        weights=weights[rows],
-        direction=np.matmul(along[:, None, :], a_xyz[rows])[:, 0],
     )

@@ -13,7 +13,7 @@ from splinebba_cli.core.estimation.gauss_markov import apply_step
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
 from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.network import FloatArray
-from splinebba_cli.core.observations import curve_points
+from splinebba_cli.core.observations import second_order_rows as second_order
 from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows, value_rows
 from splinebba_cli.core.observations.locations import held_locations
 from splinebba_cli.core.state import prepare
@@ -124,10 +124,10 @@ def test_a_step_solves_the_whole_system() -> None:
 
 def test_stiffness_adds_its_share_of_the_equations_along(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every share counts here: with bend k the factor k / (1 + k) of the equation along the curve."""
-    monkeypatch.setattr(curve_points, "STIFF", 0.0)
+    monkeypatch.setattr(second_order, "SHARE", 0.0)
     assembler, at, _ = equations()
     at = assembler.linearize(at.state, held_locations(assembler.prepared, at.state.location))
-    stiff = at.curve.stiff
+    stiff = second_order.second_order_rows(assembler.prepared, at.state)
     assert len(stiff.point) > 20
     rows = np.zeros((len(stiff.point), int(assembler.layout.node_starts[-1])))
     columns = assembler.layout.unknown_of_coefficient[assembler.prepared.curves.columns[stiff.segment]]

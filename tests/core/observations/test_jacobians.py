@@ -24,7 +24,7 @@ from splinebba_cli.core.state import Prepared, prepare
 from tests.core.observations import complex_step
 from tests.core.observations.random_network import Case, random_case
 
-NO_OBSERVATIONS = {"locations"}  # modules that are no kind of observation
+NO_OBSERVATIONS = {"locations", "second_order_rows"}  # modules that are no kind of observation
 Compared = Iterator[tuple[FloatArray, FloatArray]]
 
 
