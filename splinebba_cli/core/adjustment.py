@@ -30,6 +30,7 @@ from splinebba_cli.errors import NotConvergedError
 CURVE_DAMPING = 1e-3  # starting value where curves are adjusted
 POINTS_NEEDED = 3
 CALMING_ROUNDS = 4
+PATIENCE = 4  # times the iterations for the last attempt
 REFINEMENT_ROUNDS = 2
 ENOUGH = 0.995  # of the cost: less gain is not worth another round
 
@@ -100,7 +101,7 @@ def points_only(network: Network) -> Network:
 
 
 def _solve(
-    prepared: Prepared, state: State, record: Observer, stage: str, *, select: bool = False
+    prepared: Prepared, state: State, record: Observer, stage: str, *, select: bool = False, patience: int = 1
 ) -> ConditionedSolution:
     """Solve one stage; knots that the program spaces itself keep all their conditions."""
     settings = prepared.network.settings
@@ -109,7 +110,7 @@ def _solve(
     gauge = gauge_rows(prepared, layout.coefficient_mask, settings.gauge_sigma_m)
     return solve_with_conditions(
         prepared, layout, control, gauge, state,
-        max_iterations=settings.max_iterations, stage=stage, damping=CURVE_DAMPING if len(gauge) else 0.0,
+        max_iterations=patience * settings.max_iterations, stage=stage, damping=CURVE_DAMPING if len(gauge) else 0.0,
         observer=record, select=select and settings.knots.spacing_m is None,
     )  # fmt: skip
 
@@ -150,17 +151,17 @@ def _require_rank(prepared: Prepared, state: State) -> None:
 
 
 def _joint(prepared: Prepared, state: State, record: Observer) -> tuple[Prepared, ConditionedSolution]:
-    """Everything together; curves that keep it from settling get fewer knots where the settings allow that."""
+    """Everything together; curves that keep it from settling get other knots where the settings allow that."""
     solved = _solve(prepared, state, record, "joint", select=True)
+    if not prepared.network.settings.knots.drop:
+        return prepared, solved
     for _ in range(CALMING_ROUNDS):
-        if (
-            solved.solution.converged
-            or not solved.solution.restless
-            or not prepared.network.settings.knots.drop
-        ):
-            break
+        if solved.solution.converged or not solved.solution.restless:
+            return prepared, solved
         prepared, state = calmed(prepared, solved.solution.state, solved.solution.restless, record)
         solved = _solve(prepared, state, record, "joint", select=True)
+    if not solved.solution.converged:
+        solved = _solve(prepared, solved.solution.state, record, "joint", select=True, patience=PATIENCE)
     return prepared, solved
 
 

@@ -8,7 +8,7 @@ re-spaced on the adjusted curve as long as that helps, and inserted where residu
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import reduce
 
 import numpy as np
@@ -44,6 +44,13 @@ WAYS = (
     (False, 2.0),
     (True, 2.0),
 )  # smooth, first spacing in wanted ones
+MORE_WAYS = (
+    (True, 8.0),
+    (True, 1.0),
+    (False, 3.0),
+    (True, 3.0),
+)  # for curves that fit much worse than the others
+MUCH_WORSE = 2.0  # times the usual mean square of the residuals
 POLISHES = 6
 INSERTIONS = 4
 ITERATIONS = 25
@@ -78,7 +85,7 @@ def refine_curves(
         target = np.array([policy.spacing_m if respaceable(c) else np.nan for c in prepared.network.curves])
         candidates = [_adjusted(prepared, state, observer)] if spaced else []
         candidates += [_coarse_to_fine(prepared, state, target, *way, observer) for way in WAYS]
-        best = reduce(_better, candidates)
+        best = _rescued(reduce(_better, candidates), prepared, state, target, observer)
         for _ in range(POLISHES):
             polished = _adjusted(*respaced_network(best.prepared, best.state, target, smooth=False), observer)
             before, best = best, _better(best, polished)
@@ -123,6 +130,24 @@ def _coarse_to_fine(
             return candidate
         prepared, state = candidate.prepared, candidate.state
         smooth, factor = False, max(0.5 * factor, 1.0)
+
+
+def _rescued(
+    best: Candidate, prepared: Prepared, state: State, target: FloatArray, observer: Observer | None
+) -> Candidate:
+    """More ways, from the start and from the present shape, for curves that fit much worse than the others."""
+    curve = prepared.network.curve_observations.curve
+    number = np.bincount(curve, minlength=len(best.price))
+    mean_square = best.price / np.maximum(number, 1)
+    poor = (mean_square > MUCH_WORSE * np.median(mean_square)) & np.isfinite(target)
+    if not poor.any():
+        return best
+    own = np.where(poor, target, np.nan)
+    for way in MORE_WAYS:
+        for begin in ((prepared, state), (best.prepared, best.state)):
+            other = _coarse_to_fine(*begin, own, *way, observer)
+            best = _better(best, replace(other, price=np.where(poor, other.price, np.inf)))
+    return best
 
 
 def _insert(best: Candidate, observer: Observer | None) -> Candidate:
