@@ -111,7 +111,7 @@ def _solve(
     return solve_with_conditions(
         prepared, layout, control, gauge, state,
         max_iterations=patience * settings.max_iterations, stage=stage, damping=CURVE_DAMPING if len(gauge) else 0.0,
-        observer=record, select=select and settings.knots.spacing_m is None,
+        observer=record, select=select and settings.gauge_conditions == "needed" and settings.knots.spacing_m is None,
     )  # fmt: skip
 
 

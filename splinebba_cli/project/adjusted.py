@@ -70,7 +70,8 @@ def adjusted_project(
         data["points"] = {"table": f"{PREFIX}points.csv"}
     data["observations"] = _observations(written.get("observations", {}), loaded, network, directory)
     data["adjustment"] = {**written.get("adjustment", {}), "staged": False}
-    data["adjustment"].pop("knots", None)
+    if data["adjustment"].pop("knots", None) is not None:
+        data["adjustment"]["gauge_conditions"] = "all"  # as where the program spaces the knots
     for section in ("acceptance", "simulation"):
         if section in written:
             data[section] = written[section]

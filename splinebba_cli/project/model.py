@@ -76,6 +76,11 @@ class Adjustment(Model):
         default=None,
         description="σ of the gauge conditions along curves, m; default: a tenth of the mean knot distance.",
     )
+    gauge_conditions: Literal["needed", "all"] = Field(
+        default="needed",
+        description="needed: conditions are dropped where the measurements determine the place along the curve; "
+        "all: every condition stays (knots that the program spaces itself always keep theirs).",
+    )
     scale_dispersion: bool = Field(
         default=True, description="Whether standard deviations are multiplied by σ̂₀."
     )

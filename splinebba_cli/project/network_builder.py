@@ -138,6 +138,7 @@ def settings_of(adjustment: Adjustment) -> Settings:
         alpha=adjustment.alpha,
         max_iterations=adjustment.max_iterations,
         gauge_sigma_m=adjustment.gauge_sigma_m,
+        gauge_conditions=adjustment.gauge_conditions,
         scale_dispersion=adjustment.scale_dispersion,
         staged=adjustment.staged,
         knots=KnotPolicy(

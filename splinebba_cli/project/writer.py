@@ -201,6 +201,8 @@ def _adjustment(settings: Settings) -> dict[str, Any]:
         )
         if getattr(settings, key) is not None
     }
+    if settings.gauge_conditions != "needed":
+        out["gauge_conditions"] = settings.gauge_conditions
     knots = settings.knots
     policy = {key: getattr(knots, key) for key in ("spacing_m", "insert", "drop") if getattr(knots, key)}
     return {**out, "knots": policy} if policy else out
