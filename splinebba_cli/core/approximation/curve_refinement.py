@@ -52,7 +52,7 @@ MORE_WAYS = (
 )  # for curves that fit much worse than the others
 MUCH_WORSE = 2.0  # times the usual mean square of the residuals
 POLISHES = 6
-INSERTIONS = 4
+INSERTIONS = 8
 ITERATIONS = 25
 KNOT_PRICE = 0.5  # of v'Pv that a knot must save: the wanted spacing is the user's
 FOLD_PRICE = 1.2

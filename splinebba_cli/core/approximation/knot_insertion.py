@@ -1,7 +1,8 @@
 """Knots where the residuals ask for them (Lee 2.3.1: insert a knot where the fit is worst).
 
-A segment whose whitened residuals across are much larger than those of its curve cannot follow the measurements; it
-is divided at the median of its measured points, where both parts keep enough of them.
+A segment whose residuals across are much larger than their declared sigma, or than those of its curve where these are
+smaller, cannot follow the measurements; it is divided at the median of its measured points, where both parts keep
+enough of them.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from splinebba_cli.core.observations.curve_points import linearize_curve_points
 from splinebba_cli.core.observations.locations import held_locations
 from splinebba_cli.core.state import Prepared, State
 
-EXCESS = 1.3  # of the rms of the curve
+EXCESS = 1.3  # of the declared sigma, or of the rms of the curve where that is smaller
 FEWEST = 10  # measured points in a segment that may be divided
 SHORTEST = 0.25  # of the mean segment of the curve
 
@@ -36,7 +37,11 @@ def with_inserted_knots(prepared: Prepared, state: State) -> tuple[Prepared, Sta
         np.bincount(curve_of, square) / np.maximum(np.bincount(curve_of, number.astype(float)), 1)
     )
     mean_length = (np.bincount(curve_of, curves.length) / np.bincount(curve_of))[curve_of]
-    halved = (rms > EXCESS * total[curve_of]) & (number >= FEWEST) & (curves.length > SHORTEST * mean_length)
+    halved = (
+        (rms > EXCESS * np.minimum(total, 1.0)[curve_of])
+        & (number >= FEWEST)
+        & (curves.length > SHORTEST * mean_length)
+    )
     halved &= np.array([respaceable(curve) for curve in prepared.network.curves], dtype=bool)[curve_of]
     if not halved.any():
         return None
