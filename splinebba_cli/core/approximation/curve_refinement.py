@@ -168,7 +168,10 @@ def _drop(best: Candidate, observer: Observer | None) -> Candidate:
         fewer = with_removed_knots(best.prepared, best.state)
         if fewer is None:
             break
-        best = _adjusted(*fewer, observer)
+        reduced = _adjusted(*fewer, observer)
+        if not np.isfinite(reduced.price).all():
+            break
+        best = reduced
     return best
 
 
@@ -180,9 +183,12 @@ def _adjusted(prepared: Prepared, state: State, observer: Observer | None) -> Ca
         gauge_rows(prepared, layout.coefficient_mask, prepared.network.settings.gauge_sigma_m),
     ]
     assembler = Assembler(prepared, layout, concatenate_rows(rows, prepared.curves.support))
-    state = solve_curves(assembler, state, max_iterations=ITERATIONS, observer=observer)
-    at = assembler.linearize(state, held_locations(prepared, state.location))
     knots = np.diff(prepared.curves.coefficient_start)
+    try:
+        state = solve_curves(assembler, state, max_iterations=ITERATIONS, observer=observer)
+        at = assembler.linearize(state, held_locations(prepared, state.location))
+    except FloatingPointError:  # a shape that reaches behind a camera is none
+        return Candidate(prepared, state, np.full(len(knots), np.inf))
     folded = folded_segments(prepared, state.coefficients) > 0
     cost = curve_costs(assembler, at) * np.where(folded, FOLD_PRICE, 1.0)
     return Candidate(prepared, state, cost + KNOT_PRICE * knots)
