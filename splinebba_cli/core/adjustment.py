@@ -83,7 +83,10 @@ def _staged(prepared: Prepared, state: State, record: Observer) -> tuple[Prepare
         return prepared, state
     if len(network.point_observations) >= POINTS_NEEDED:
         alone = replace(state, coefficients=np.zeros((0, 3)), location=np.zeros(0))
-        solution = _solve(prepare(points_only(network)), alone, record, "points").solution
+        try:
+            solution = _solve(prepare(points_only(network)), alone, record, "points").solution
+        except FloatingPointError:  # named by the joint adjustment
+            return prepared, state
         if not solution.converged:
             return prepared, state
         after = solution.state

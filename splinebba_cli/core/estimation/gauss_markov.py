@@ -47,7 +47,6 @@ class Solution:
     converged: bool
     termination: str
     iterations: tuple[Iteration, ...]
-    failed_unknown: int = -1  # reduced unknown at which the undamped factor failed
     restless: tuple[int, ...] = ()  # curves that kept the iterations from settling
 
     @property
@@ -92,7 +91,7 @@ def solve(
         step = run.step_from(at)
         if step is None:
             reason = "normal matrix is singular"
-            return Solution(at, None, None, False, reason, tuple(run.log), _failed(assembler, at))
+            return Solution(at, None, None, False, reason, tuple(run.log))
         if not run.settled(step, at):
             at = run.advanced(at, step)
         elif not run.plain:
@@ -256,18 +255,6 @@ def _damped_step(assembler: Assembler, at: Linearization, amount: Damping, stiff
         moved = apply_step(assembler, at.state, reduced, points)
         return _Step(moved, float(np.sqrt(max(predicted, 0.0))), predicted, factor, eliminated)
     return None
-
-
-def _failed(assembler: Assembler, at: Linearization) -> int:
-    """Reduced unknown at which the undamped factorisation fails, -1 where it does not."""
-    try:
-        values, _, _ = assembler.eliminate(at, 0.0)
-        assembler.symbolic(at.state).factorize(values, pivot_tolerance=PIVOT_TOLERANCE)
-    except NotPositiveDefinite as error:
-        return int(assembler.layout.node_starts[error.node] + error.unknown_in_node)
-    except np.linalg.LinAlgError:
-        return -1
-    return -1
 
 
 def _point_step(assembler: Assembler, eliminated: EliminatedPoints, reduced: FloatArray) -> FloatArray:

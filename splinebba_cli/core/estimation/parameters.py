@@ -54,10 +54,6 @@ class ParameterLayout:
         """The same with all orientations removed."""
         return replace(self, image_mask=np.zeros_like(self.image_mask))
 
-    def hold_curves(self) -> ParameterLayout:
-        """The same with all curves removed."""
-        return replace(self, coefficient_mask=np.zeros_like(self.coefficient_mask))
-
 
 def image_mask(images: Images) -> FloatArray:
     """1 for free orientation unknowns, (m, 6); angles are removed only where all three are fixed."""

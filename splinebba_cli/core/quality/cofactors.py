@@ -36,7 +36,6 @@ class Cofactors:
             raise ValueError("no factor: the estimation did not converge")
         self.assembler = assembler
         self.solution = solution
-        self._mask = assembler.mask
         inverse = solution.factor.selected_inverse()
         self.values: FloatArray = inverse.values
 
