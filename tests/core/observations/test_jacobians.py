@@ -22,9 +22,18 @@ from splinebba_cli.core.observations.image_points import linearize_image_points
 from splinebba_cli.core.observations.orientation_priors import linearize_orientation_priors
 from splinebba_cli.core.state import Prepared, prepare
 from tests.core.observations import complex_step
+from tests.core.observations.linked_case import LINKED
 from tests.core.observations.random_network import Case, random_case
 
-NO_OBSERVATIONS = {"locations", "second_order_rows"}  # modules that are no kind of observation
+NO_OBSERVATIONS = {
+    "along_curve",
+    "chain_elimination",
+    "curve_kinematics",
+    "linked_locations",
+    "linked_points",
+    "locations",
+    "second_order_rows",
+}  # modules that are no kind of observation
 Compared = Iterator[tuple[FloatArray, FloatArray]]
 
 
@@ -227,6 +236,7 @@ KINDS: dict[str, Callable[[], Compared]] = {
     "image_points": image_points,
     "orientation_priors": orientation_priors,
     "coefficient_rows": coefficient_rows,
+    **LINKED,
 }
 
 
