@@ -18,7 +18,9 @@ class Noise:
     """
 
     image_mm: float | None = None  # standard deviation of measured photo coordinates; None: their declared σ
-    start_position_m: float | None = None  # largest error of an approximate coordinate of a perspective centre
+    start_position_m: float | None = (
+        None  # largest error of an approximate coordinate of a perspective centre
+    )
     start_angle_rad: float | None = None  # largest error of an approximate angle
     start_knots_m: float | None = None  # largest error of an approximate coordinate of a knot
     blunder_share: float = 0.0  # of the measured image points

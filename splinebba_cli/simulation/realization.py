@@ -151,7 +151,11 @@ def _points(points: Points, truth: Truth, noise: Noise, given: np.random.Generat
 
 
 def _curve(
-    curve: Curve, true: FloatArray, noise: Noise, start: np.random.Generator, given: np.random.Generator | None
+    curve: Curve,
+    true: FloatArray,
+    noise: Noise,
+    start: np.random.Generator,
+    given: np.random.Generator | None,
 ) -> Curve:
     """The curve as people know it: known values with their errors, wrong starts elsewhere."""
     known = observed(true, curve.sigma, given)

@@ -125,7 +125,9 @@ def _require(path: Path, kind: str, ids: Sequence[str], known: Mapping[str, Any]
     lacking = [id for id in ids if id not in known]
     if lacking:
         more = f" and {len(lacking) - 1} more" if len(lacking) > 1 else ""
-        help = f"remove it to simulate from the approximate values of the project; it knows {len(known)} {kind}s"
+        help = (
+            f"remove it to simulate from the approximate values of the project; it knows {len(known)} {kind}s"
+        )
         raise SimulationError("SBB701", f"`{path}` has no {kind} `{lacking[0]}`{more}", help)
 
 
