@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context
@@ -25,7 +25,7 @@ def available_processors() -> int:
     return os.cpu_count() or 1
 
 
-def run_all(task: Callable[[int], T], numbers: Sequence[int], jobs: int) -> Iterator[T]:
+def run_all(task: Callable[[int], T], numbers: Sequence[int], jobs: int) -> Generator[T, None, None]:
     """Results of ``task(number)`` as they are finished; in this process where `jobs` is 1.
 
     Parameters
