@@ -154,6 +154,7 @@ def _spline(statistics: SplineStatistics | None) -> dict[str, Any] | None:
         "bias_up": statistics.bias[1],
         "bias_up_sigma": statistics.bias_sigma[1],
         "largest_bias_in_sigma": statistics.largest_bias,
+        "largest_bias_place": statistics.largest_bias_place,
         "largest_bias_limit": statistics.largest_bias_limit,
         "empirical": statistics.empirical,
         "ratio": _figure(statistics.ratio),

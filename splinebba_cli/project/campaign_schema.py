@@ -53,6 +53,7 @@ SPLINE = _or_null(
             **dict.fromkeys(("bias_left", "bias_up"), NUMBER_OR_NULL),
             **dict.fromkeys(("bias_left_sigma", "bias_up_sigma"), NUMBER_OR_NULL),
             "largest_bias_in_sigma": {**NUMBER, "description": "Of a single place, in σ of its bias."},
+            "largest_bias_place": {**NUMBER, "description": "Where that is: 0 the beginning, 1 the end."},
             "largest_bias_limit": {
                 **NUMBER,
                 "description": "Exceeded by chance in one campaign of a hundred.",

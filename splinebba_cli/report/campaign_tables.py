@@ -148,6 +148,7 @@ def _splines_table(statistics: dict[str, Any]) -> Table:
         Column("bias up", bias.unit, bias.decimals),
         Column("its σ", bias.unit, bias.decimals),
         Column("largest bias", "σ of it", 2),
+        Column("at", "% of it", 0),
         Column("ratio", decimals=3),
         Column("coverage", "%", 2),
     )
@@ -157,6 +158,7 @@ def _splines_table(statistics: dict[str, Any]) -> Table:
             scale.of(each["empirical"]),
             *(bias.of(each[f"bias_{name}"]) for name in ("left", "left_sigma", "up", "up_sigma")),
             each["largest_bias_in_sigma"],
+            100 * each["largest_bias_place"],
             each["ratio"]["value"],
             100 * each["coverage"]["value"],
         )

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from scipy.special import ndtri
 
-from splinebba_cli.core.network import FloatArray
+from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.simulation.intervals import (
     CONFIDENCE,
     Figure,
@@ -46,6 +46,7 @@ class SplineStatistics:
     bias: FloatArray  # (2,) m, mean over its places: to the left in plan, upwards
     bias_sigma: FloatArray  # (2,) of these means, from the scatter of the runs
     largest_bias: float  # of a single place, in its own standard deviations
+    largest_bias_place: float  # where that place is, as a share of the places along the curve
     largest_bias_limit: float  # exceeded by one of all places with 1 % probability
     empirical: float  # root mean square error across, m
     ratio: Figure
@@ -157,11 +158,19 @@ def _spline(
         bias=mean_of_run.mean(axis=0),
         bias_sigma=mean_of_run.std(axis=0, ddof=1) / np.sqrt(count),
         largest_bias=float(single.max(initial=0.0)),
+        largest_bias_place=_share(places, single, across.shape[1]),
         largest_bias_limit=float(-ndtri(tail)),
         empirical=float(np.sqrt(np.mean(np.sum(own**2, axis=2)))),
         ratio=Figure(float(np.sqrt(squares.mean())), *ratio_interval(count * least)),
         coverage=Figure(float(np.nanmean(covered[runs])), *binomial_interval(count, confidence)),
     )
+
+
+def _share(places: IntArray, single: FloatArray, count: int) -> float:
+    """Where along the curve the largest bias is, 0 … 1."""
+    if not single.size:
+        return 0.0
+    return float(places[np.argmax(single.max(axis=1))] / max(count - 1, 1))
 
 
 def kind_statistics(
