@@ -42,6 +42,7 @@ class ScalarMeasurements:
 
     value: FloatArray  # (q,)
     sigma: FloatArray  # (q,)
+    rate: FloatArray  # (q,) d corrected / d measured
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ def _corrected_lengths(network: Network, rays: ImageRays) -> ScalarMeasurements:
     before = np.linalg.norm(measured[arcs.second] - measured[arcs.first], axis=1)
     after = np.linalg.norm(rays.xy[arcs.second] - rays.xy[arcs.first], axis=1)
     scale = np.divide(after, before, out=np.ones_like(before), where=before > 0.0)
-    return ScalarMeasurements(scale * arcs.length, scale * arcs.sigma)
+    return ScalarMeasurements(scale * arcs.length, scale * arcs.sigma, scale)
 
 
 def _corrected_directions(network: Network, rays: ImageRays) -> ScalarMeasurements:
@@ -91,8 +92,8 @@ def _corrected_directions(network: Network, rays: ImageRays) -> ScalarMeasuremen
     correction = np.linalg.inv(scaled)
     direction = np.stack([np.cos(tangents.direction), np.sin(tangents.direction)], axis=1)
     turned = np.matmul(correction, direction[:, :, None])[:, :, 0]
-    rate = np.linalg.det(correction) / np.sum(turned**2, axis=1)
-    return ScalarMeasurements(np.arctan2(turned[:, 1], turned[:, 0]), tangents.sigma * np.abs(rate))
+    rate = np.abs(np.linalg.det(correction)) / np.sum(turned**2, axis=1)
+    return ScalarMeasurements(np.arctan2(turned[:, 1], turned[:, 0]), tangents.sigma * rate, rate)
 
 
 def _rays(network: Network, image: IntArray, photo_xy: FloatArray, sigma: FloatArray) -> ImageRays:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinebba_cli.core.network import FloatArray, Network
-from splinebba_cli.simulation.assembly import assemble
+from splinebba_cli.simulation.assembly import NOMINAL_SIGMA_MM, scene_design
 from splinebba_cli.simulation.block_geometry import BlockGeometry, six_image_block, strip
 from splinebba_cli.simulation.feature_geometry import (
     Feature,
@@ -25,7 +25,15 @@ from splinebba_cli.simulation.feature_geometry import (
     tie_spline,
 )
 from splinebba_cli.simulation.noise import Noise
+from splinebba_cli.simulation.realization import Design, realize
 from splinebba_cli.simulation.truth import Truth
+
+KINDS: dict[str, str] = {
+    "six-image": "Lee's six images (table 5.3): control, partial control and tie splines of several segments",
+    "six-image-mixed": "the same images: control, tie and check points with partial, tie and check splines",
+    "six-image-singular": "the same images and one control segment (table 5.7): cannot be determined",
+    "strip": "five images with observed orientations, control, ties; coordinates of millions of metres",
+}
 
 # Lee (2008), second segment of the spline of tables 5.4 and 5.7: a0..a3, b0..b3, c0..c3 as columns X, Y, Z
 LEE_SEGMENT = np.array(
@@ -76,12 +84,25 @@ def simulate_block(
     KeyError
         If the kind is unknown; names the known ones.
     """
+    angle = float(np.radians(start_angle_deg))
+    noise = Noise(1e-3 * noise_um, start_position_m, angle, start_knots_m)
+    made = realize(kind_design(kind, noise.image_mm or NOMINAL_SIGMA_MM), noise, seed)
+    return made.network, made.truth
+
+
+def kind_design(kind: str, sigma_mm: float) -> Design:
+    """The design of a kind of block; `sigma_mm` is stated for all measured coordinates.
+
+    Raises
+    ------
+    KeyError
+        If the kind is unknown; names the known ones.
+    """
     if kind not in SCENES:
         raise KeyError(f"unknown kind of block {kind!r}; known are {', '.join(SCENES)}")
-    noise = Noise(1e-3 * noise_um, start_position_m, float(np.radians(start_angle_deg)), start_knots_m)
     scene = SCENES[kind]()
-    return assemble(
-        scene.block, scene.features, scene.points, scene.points_per_curve, scene.eop_sigma, noise, seed
+    return scene_design(
+        scene.block, scene.features, scene.points, scene.points_per_curve, scene.eop_sigma, sigma_mm
     )
 
 
