@@ -38,7 +38,7 @@ class Statistics:
 
     observations: int  # scalar observations: image coordinates, control and prior equations
     unknowns: int  # locations included
-    conditions: int  # gauge and datum conditions
+    conditions: int  # gauge, shape and datum conditions
     rank_defect: int  # of the measurements and priors alone
     redundancy: int
     sum_redundancy_numbers: float  # equals redundancy: a built-in check
@@ -73,7 +73,7 @@ class ImageResult:
 
 @dataclass(frozen=True)
 class SegmentCoefficients:
-    """Lee's a, b, c of every segment for t in [0, 1]."""
+    """Lee's a, b, c of every segment for t in [0, 1]; none of trigonometric families."""
 
     interval: FloatArray  # (s, 2) knot parameters
     coefficients: FloatArray  # (s, 4, 3): power, coordinate
@@ -84,7 +84,9 @@ class SegmentCoefficients:
 class CurveResult:
     """One adjusted curve."""
 
-    values: FloatArray  # (k, 3) knots (or the family's values), user frame
+    values: (
+        FloatArray  # (k, 3) knots (or the family's values), user frame; vectors among them are not shifted
+    )
     values_dispersion: FloatArray  # (k, 3, 3) of each value
     knots: FloatArray  # (q, 3) the curve at its knot parameters
     knot_parameters: FloatArray  # (q,)
@@ -130,7 +132,7 @@ class ResidualTable:
 class PriorResidual:
     """Residual of one control coordinate or prior equation."""
 
-    kind: str  # "control point", "control spline", "eop prior", "gauge", "datum"
+    kind: str  # "control point", "control spline", "eop prior", "gauge", "shape", "datum"
     subject: str  # id
     component: str  # "x", "omega", "knot 3 z"
     residual: float  # adjusted - given; m or rad

@@ -12,7 +12,7 @@ from splinebba_cli.report.scale import angle_scale, length_scale
 
 CRITICAL = 3.29  # Baarda: normal distribution, two-sided, alpha0 = 0.001
 _WORST = 20
-_CONDITIONS = ("gauge", "datum")
+_CONDITIONS = ("gauge", "shape", "datum")
 
 
 def residuals_section(data: ResultData) -> Section:

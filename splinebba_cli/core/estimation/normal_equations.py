@@ -51,6 +51,7 @@ class Linearization:
     orientation_priors: PriorRows
     point_prior_residual: FloatArray  # (n, 3) whitened
     coefficient_residual: FloatArray  # (q,) whitened, values and conditions
+    coefficient_jacobian: FloatArray  # (q, w, 3) of the same, at the state
     cost: float
     base_values: FloatArray  # flat, before points are eliminated, removed unknowns with unit diagonal
     base_side: FloatArray  # (N,)
@@ -107,6 +108,7 @@ class Assembler:
             self.point_inverse_sigma > 0.0, (state.xyz - network.points.xyz) * self.point_inverse_sigma, 0.0
         )
         coefficient = self.coefficient_rows.residual(state.coefficients)
+        coefficient_jacobian = self.coefficient_rows.jacobian_at(state.coefficients)
         windows = self._curve_windows(curve, state)
         columns = self.prepared.curves.columns[curve.segment]
         local = curve.weights[:, :, None] * curve.direction[:, None, :] * layout.coefficient_mask[columns]
@@ -118,13 +120,14 @@ class Assembler:
             ],
             axis=1,
         )
-        values, side = self._base(jacobian, windows, points, priors, coefficient)
+        values, side = self._base(jacobian, windows, points, priors, coefficient, coefficient_jacobian)
         cost = (
             curve.cost + points.cost + priors.cost + float(np.sum(point_prior**2) + coefficient @ coefficient)
         )
         return Linearization(
-            state, curve, jacobian, windows, points, priors, point_prior, coefficient, cost, values, side
-        )
+            state, curve, jacobian, windows, points, priors, point_prior, coefficient, coefficient_jacobian,
+            cost, values, side,
+        )  # fmt: skip
 
     def eliminate(self, at: Linearization, damping: float) -> tuple[FloatArray, FloatArray, EliminatedPoints]:
         """Flat values and right-hand side of the reduced system, points eliminated, diagonal times 1 + damping."""
@@ -203,6 +206,7 @@ class Assembler:
         points: PointRows,
         priors: PriorRows,
         coefficient: FloatArray,
+        coefficient_jacobian: FloatArray,
     ) -> tuple[FloatArray, FloatArray]:
         structure, layout = self.structure, self.layout
         values, side = np.zeros(int(structure.offsets[-1])), np.zeros(int(layout.node_starts[-1]))
@@ -238,7 +242,7 @@ class Assembler:
         values[place] += image_blocks.reshape(-1, 36)
         rows = self.coefficient_rows
         if len(rows):
-            j = (rows.jacobian * layout.coefficient_mask[rows.columns]).reshape(len(rows), -1)
+            j = (coefficient_jacobian * layout.coefficient_mask[rows.columns]).reshape(len(rows), -1)
             self.row_window().add(values, j[:, :, None] * j[:, None, :])
             place = (unknown[rows.columns][:, :, None] + np.arange(3)).reshape(len(rows), -1)
             np.subtract.at(side, place, j * coefficient[:, None])

@@ -23,15 +23,18 @@ def curve_results(
     order = np.argsort(observed.curve, kind="stable")
     bounds = np.searchsorted(observed.curve[order], np.arange(len(curves.bases) + 1))
     sample_bounds = np.searchsorted(samples.curve, np.arange(len(curves.bases) + 1))
-    values = _values_dispersion(cofactors) * scale  # as many values as coefficients
+    values = _values_dispersion(cofactors) * scale
+    value_bounds = np.concatenate([[0], np.cumsum([len(basis.value_columns) for basis in curves.bases])])
     results = []
     for k in range(len(curves.bases)):
         rows = order[bounds[k] : bounds[k + 1]]
         place = slice(int(sample_bounds[k]), int(sample_bounds[k + 1]))
-        coefficient_rows = slice(int(curves.coefficient_start[k]), int(curves.coefficient_start[k + 1]))
+        value_rows = slice(int(value_bounds[k]), int(value_bounds[k + 1]))
         segments = slice(int(curves.segment_start[k]), int(curves.segment_start[k + 1]))
         pieces = SegmentCoefficients(_intervals(cofactors, k), coefficients[segments], sigma[segments])
-        results.append(_one(cofactors, k, samples, place, pieces, residuals, rows, values[coefficient_rows]))
+        if curves.bases[k].trigonometric:
+            pieces = SegmentCoefficients(np.zeros((0, 2)), np.zeros((0, 4, 3)), np.zeros((0, 4, 3)))
+        results.append(_one(cofactors, k, samples, place, pieces, residuals, rows, values[value_rows]))
     return tuple(results)
 
 
