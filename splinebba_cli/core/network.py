@@ -152,7 +152,7 @@ class Settings:
     sigma0_prior: float = 1.0
     alpha: float = 0.05
     max_iterations: int = 50
-    gauge_sigma_m: float | None = None  # None: a tenth of the mean knot distance
+    gauge_sigma_m: float | None = None  # None: a share of the mean knot distance, by family
     gauge_conditions: Literal["needed", "all"] = "needed"  # which stay in the last solution
     scale_dispersion: bool = True  # multiply the dispersion by the estimated variance of unit weight
     staged: bool = True  # orientation from points first, then curves, then all together

@@ -7,8 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from splinebba_cli.core.camera.rotation import rotation_object_from_photo
-from splinebba_cli.core.curves.basis import CurveBasis
-from splinebba_cli.core.curves.registry import basis_of
 from splinebba_cli.core.network import (
     Camera,
     Curve,
@@ -48,7 +46,7 @@ def assemble(
     noise_stream, start_stream, given_stream = (
         np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)
     )
-    shapes = [_shape(feature) for feature in features]
+    shapes = [feature.shape() for feature in features]
     places = np.random.default_rng(PLACES_SEED)
     curve_seen, locations = measure_curves(block, shapes, points_per_curve, places)
     points = _seen_twice(block, points)
@@ -149,32 +147,13 @@ def _points(points: PointFeatures, given: np.random.Generator | None) -> Points:
     )
 
 
-def _curve(feature: Feature, values: FloatArray) -> Curve:
-    """A curve with uniform parameters: they do not depend on where the knots start."""
-    return Curve(
-        id=feature.id,
-        role=feature.role,
-        family=feature.family,
-        values=values,
-        sigma=feature.sigma,
-        closed=feature.closed,
-        parameterization="uniform",
-    )
-
-
-def _shape(feature: Feature) -> tuple[CurveBasis, FloatArray]:
-    """Basis and coefficients of the true curve."""
-    basis = basis_of(_curve(feature, feature.values))
-    return basis, basis.coefficients_from_values(feature.values)
-
-
 def _given_curve(
     feature: Feature, start_knots_m: float, start: np.random.Generator, given: np.random.Generator | None
 ) -> Curve:
     """The curve as people know it: known values with their errors, wrong starts elsewhere."""
     known = _observed(feature.values, feature.sigma, given)
     values = np.where(np.isfinite(feature.sigma), known, perturbed(feature.values, start_knots_m, start))
-    curve = _curve(feature, values)
+    curve = feature.curve(values)
     if feature.role == "check":
         curve = replace(curve, check_values=samples(feature, CHECK_SAMPLES))
     return curve if feature.role == "control" else replace(curve, reference=feature.values)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from splinebba_cli.core.curves.registry import FAMILIES
 from splinebba_cli.core.network import FloatArray, Network
 from splinebba_cli.simulation.six_image_block import simulate_block
 from splinebba_cli.simulation.truth import Truth
@@ -81,8 +82,5 @@ def truth_data(kind: str, seed: int, noise_um: float, network: Network, truth: T
 
 
 def _user_values(family: str, values: FloatArray, origin: FloatArray) -> FloatArray:
-    """Values of a curve in the user's frame: of polynomials only a0 is a position."""
-    shifted = values + origin
-    if family == "free_cubic" or family.startswith("polynomial"):
-        shifted[1:] = values[1:]
-    return shifted
+    """Values of a curve in the user's frame: vectors among them are not shifted."""
+    return np.asarray(values + np.where(FAMILIES[family].positions(len(values))[:, None], origin, 0.0))

@@ -11,8 +11,9 @@ from typing import Literal
 
 import numpy as np
 
-from splinebba_cli.core.curves.natural_cubic import natural_cubic_basis
-from splinebba_cli.core.network import FloatArray, Role
+from splinebba_cli.core.curves.basis import CurveBasis
+from splinebba_cli.core.curves.registry import basis_of
+from splinebba_cli.core.network import Curve, FloatArray, Role
 
 SplineRole = Literal["control", "partial", "tie", "check"]
 
@@ -27,6 +28,31 @@ class Feature:
     sigma: FloatArray  # (k, 3) of the given values: 0 held, inf unknown
     family: str = "natural_cubic"
     closed: bool = False
+    continuity: int = -1  # of polynomial segments
+    natural_ends: bool = False
+    tension: float = 0.0  # of a cardinal spline
+    knot_parameters: FloatArray | None = None  # None: uniform
+
+    def curve(self, values: FloatArray) -> Curve:
+        """The curve of some values; uniform parameters do not depend on where the knots start."""
+        return Curve(
+            id=self.id,
+            role=self.role,
+            family=self.family,
+            values=values,
+            sigma=self.sigma,
+            closed=self.closed,
+            knot_parameters=self.knot_parameters,
+            parameterization="uniform",
+            continuity=self.continuity,
+            natural_ends=self.natural_ends,
+            tension=self.tension,
+        )
+
+    def shape(self) -> tuple[CurveBasis, FloatArray]:
+        """Basis and coefficients of the true curve."""
+        basis = basis_of(self.curve(self.values))
+        return basis, basis.coefficients_from_values(self.values)
 
 
 @dataclass(frozen=True)
@@ -94,11 +120,9 @@ def partial_control_spline(id: str, values: FloatArray, height_sigma_m: float = 
 
 
 def samples(feature: Feature, count: int) -> FloatArray:
-    """Points (count, 3) along a natural spline, for check splines."""
-    values = feature.values
-    segments = len(values) if feature.closed else len(values) - 1
-    basis = natural_cubic_basis(np.arange(segments + 1.0), feature.closed)
-    return basis.evaluate(np.linspace(0.0, segments, count), basis.coefficients_from_values(values))
+    """Points (count, 3) along the true curve, for check splines."""
+    basis, coefficients = feature.shape()
+    return basis.evaluate(np.linspace(basis.break_points[0], basis.break_points[-1], count), coefficients)
 
 
 def scattered_points(

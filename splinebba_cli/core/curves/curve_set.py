@@ -37,7 +37,7 @@ class CurveSet:
         coefficient_start = _offsets([b.coefficient_count for b in bases])
         segment_start = _offsets([b.segment_count for b in bases])
         total = int(segment_start[-1])
-        functions = max((b.power.shape[1] for b in bases), default=MAX_POWER)
+        functions = max([MAX_POWER, *(b.power.shape[1] for b in bases)])
         power, columns = np.zeros((total, functions, support)), np.zeros((total, support), dtype=np.int64)
         left, length, keys = np.zeros(total), np.zeros(total), np.zeros(total)
         for number, basis in enumerate(bases):

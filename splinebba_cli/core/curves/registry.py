@@ -18,6 +18,10 @@ from splinebba_cli.core.curves.polynomial import polynomial_0, polynomial_1, pol
 from splinebba_cli.core.curves.straight_line import straight_line
 from splinebba_cli.core.network import BoolArray, Curve, FloatArray
 
+# sigma of gauge conditions in knot distances: knots that a curve passes through slide along it, and corners need that
+# freedom; where a whole curve or segment can be parametrised anew, weak conditions would let it slide far along bends
+WEAK, TIGHT = 0.1, 1e-3
+
 
 @dataclass(frozen=True)
 class Family:
@@ -31,6 +35,7 @@ class Family:
     most: int | None = None  # rows; None: any number
     takes_parameters: bool = True  # whether knot parameters may be given
     keeps_parameters: bool = True  # whether they stay when values change
+    gauge_fraction: float = TIGHT  # sigma of gauge conditions in knot distances
 
     def positions(self, rows: int) -> BoolArray:
         """Which rows of the values are positions and move with the frame (the others are vectors), (rows,)."""
@@ -39,9 +44,17 @@ class Family:
 
 
 FAMILIES: dict[str, Family] = {
-    "natural_cubic": Family(natural_cubic, "points", fewest_open=2, fewest_closed=3),
+    "natural_cubic": Family(natural_cubic, "points", fewest_open=2, fewest_closed=3, gauge_fraction=WEAK),
     "straight_line": Family(
-        straight_line, "points", 1, 2, 0, 2, takes_parameters=False, keeps_parameters=False
+        straight_line,
+        "points",
+        1,
+        2,
+        0,
+        2,
+        takes_parameters=False,
+        keeps_parameters=False,
+        gauge_fraction=WEAK,
     ),
     "polynomial_0": Family(
         polynomial_0, "powers", 0, 1, 0, 1, takes_parameters=False, keeps_parameters=False
@@ -50,8 +63,8 @@ FAMILIES: dict[str, Family] = {
     "polynomial_2": Family(polynomial_2, "powers", 2, 3, keeps_parameters=False),
     "polynomial_3": Family(polynomial_3, "powers", 3, 4, keeps_parameters=False),
     "free_cubic": Family(polynomial_3, "powers", 3, 4, keeps_parameters=False),
-    "cardinal": Family(cardinal, "points", fewest_open=2, fewest_closed=3),
-    "catmull_rom": Family(catmull_rom, "points", fewest_open=2, fewest_closed=3),
+    "cardinal": Family(cardinal, "points", fewest_open=2, fewest_closed=3, gauge_fraction=WEAK),
+    "catmull_rom": Family(catmull_rom, "points", fewest_open=2, fewest_closed=3, gauge_fraction=WEAK),
     "bspline_1": Family(bspline_1, "points", 1, 2, 3),
     "bspline_2": Family(bspline_2, "points", 2, 3, 3),
     "bspline_3": Family(bspline_3, "points", 3, 4, 3),

@@ -160,7 +160,7 @@ def gauge_rows(prepared: Prepared, removed: FloatArray, gauge_sigma_m: float | N
             continue  # a single point, or every value is given or weighted: nothing can slide
         reference = curve.values if curve.reference is None else curve.reference
         coefficients = basis.coefficients_from_values(reference)
-        sigma = gauge_sigma_m if gauge_sigma_m is not None else 0.1 * knot_distance(curve)
+        sigma = gauge_sigma_m or FAMILIES[curve.family].gauge_fraction * knot_distance(curve)
         tangent = anchor_tangents(basis.anchors, curve, number, prepared, coefficients)
         segment, t = prepared.curves.locate(np.full(len(basis.anchors), number), basis.anchors)
         weights = prepared.curves.weights(segment, t)
