@@ -81,6 +81,33 @@ class SegmentCoefficients:
 
 
 @dataclass(frozen=True)
+class ConicElements:
+    """Geometry of a conic or circle: C + A cos u + B sin u, whatever the phase of u."""
+
+    centre: FloatArray  # (3,) user frame
+    semi_axes: FloatArray  # (2,) m, larger first
+    axes: FloatArray  # (2, 3) their unit directions
+    normal: FloatArray  # (3,) unit normal of the plane, upwards
+    eccentricity: float
+    form: str  # "circle", "ellipse" (Lee, table 4.1)
+    centre_sigma: FloatArray  # (3,) m
+    semi_axes_sigma: FloatArray  # (2,) m
+    eccentricity_sigma: float  # 0 of a circle; NaN where an adjusted ellipse is round
+    normal_sigma_rad: float  # larger semi-axis of the standard ellipse of the normal's direction
+
+
+@dataclass(frozen=True)
+class Ellipse:
+    """The ellipse nearest to a closed curve: any family in comparable terms."""
+
+    centre: FloatArray  # (3,) user frame
+    semi_axes: FloatArray  # (2,) m, larger first
+    normal: FloatArray  # (3,) unit, upwards
+    rms_m: float  # distance of the curve from it
+    largest_m: float
+
+
+@dataclass(frozen=True)
 class CurveResult:
     """One adjusted curve."""
 
@@ -103,6 +130,8 @@ class CurveResult:
     n_observations: int
     n_images: int
     along_sigma: FloatArray  # (q,) sigma of the knots along the curve: datum-dependent
+    conic: ConicElements | None = None  # of conics and circles
+    ellipse: Ellipse | None = None  # of closed curves
 
 
 @dataclass(frozen=True)

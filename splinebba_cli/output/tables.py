@@ -5,8 +5,11 @@ Metres in the user's object frame, millimetres in the measured photo frame, degr
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from splinebba_cli.core.curves.registry import basis_of
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.output.columns import Column, Table
@@ -107,7 +110,12 @@ def spline_locations_table(result: AdjustmentResult) -> Table:
     for number, curve in enumerate(result.curves):
         rows = order[bounds[number] : bounds[number + 1]]
         interval = curve.segments.interval
-        if len(rows) and len(interval):
+        if len(rows) and not len(interval):  # no power form: the family's own functions
+            given = result.network.curves[number]
+            basis = basis_of(replace(given, values=curve.values))
+            segment[rows], t[rows] = basis.locate(location[rows])
+            xyz[rows] = basis.evaluate(location[rows], basis.coefficients_from_values(curve.values))
+        elif len(rows):
             index = np.clip(
                 np.searchsorted(interval[:, 0], location[rows], side="right") - 1, 0, len(interval) - 1
             )

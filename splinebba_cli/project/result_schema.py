@@ -80,6 +80,35 @@ SEGMENT = _object(
     },
     about="Coefficients of the powers of t in [0, 1] for X (a), Y (b), Z (c), metres.",
 )
+CONIC = _object(
+    {
+        "centre": _array(NUMBER, 3),
+        "semi_axes": _array(NUMBER, 2),
+        "axes": _array(_array(NUMBER, 3), 2),
+        "normal": _array(NUMBER, 3),
+        "eccentricity": NUMBER,
+        "form": {"enum": ["circle", "ellipse", "parabola", "hyperbola"]},
+        "sigma": _object(
+            {
+                "centre": _array(NUMBER_OR_NULL, 3),
+                "semi_axes": _array(NUMBER_OR_NULL, 2),
+                "eccentricity": NUMBER_OR_NULL,
+                "normal_deg": NUMBER_OR_NULL,
+            }
+        ),
+    },
+    about="Elements of a conic or circle: metres, unit directions. A bounded curve is always a circle or an ellipse.",
+)
+ELLIPSE = _object(
+    {
+        "centre": _array(NUMBER, 3),
+        "semi_axes": _array(NUMBER, 2),
+        "normal": _array(NUMBER, 3),
+        "rms": NUMBER,
+        "max": NUMBER,
+    },
+    about="The ellipse nearest to a closed spline of any family and the distance of the spline from it, metres.",
+)
 SPLINE = _object(
     {
         "id": TEXT,
@@ -92,8 +121,17 @@ SPLINE = _object(
             {"max": NUMBER_OR_NULL, "mean": NUMBER_OR_NULL},
             about="Semi-axes of the lateral standard ellipse, m.",
         ),
-        "segments": _array(SEGMENT),
-    }
+        "segments": {**_array(SEGMENT), "description": "None of trigonometric families."},
+    },
+    {
+        "values": {
+            **_array(_array(NUMBER, 3)),
+            "description": "Rows of the family that are no points of the curve.",
+        },
+        "value_sigma": _array(_array(NUMBER_OR_NULL, 3)),
+        "conic": CONIC,
+        "ellipse": ELLIPSE,
+    },
 )
 POINT = _object(
     {

@@ -17,6 +17,7 @@ KINDS: dict[str, str] = {
     "six-image": "Lee's six images (table 5.3): control, partial control and tie splines of several segments",
     "six-image-mixed": "the same images: control, tie and check points with partial, tie and check splines",
     "six-image-singular": "the same images and one control segment (table 5.7): cannot be determined",
+    "circle-three-ways": "one circle in four images, measured as a circle, a closed natural spline and a Fourier curve",
     "strip": "five images with observed orientations, control, ties; coordinates of millions of metres",
 }
 TRUTH_FORMAT = "splinebba-truth/1"

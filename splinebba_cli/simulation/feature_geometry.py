@@ -32,6 +32,7 @@ class Feature:
     natural_ends: bool = False
     tension: float = 0.0  # of a cardinal spline
     knot_parameters: FloatArray | None = None  # None: uniform
+    really: Feature | None = None  # the true curve, where the family only approximates it
 
     def curve(self, values: FloatArray) -> Curve:
         """The curve of some values; uniform parameters do not depend on where the knots start."""
@@ -51,6 +52,8 @@ class Feature:
 
     def shape(self) -> tuple[CurveBasis, FloatArray]:
         """Basis and coefficients of the true curve."""
+        if self.really is not None:
+            return self.really.shape()
         basis = basis_of(self.curve(self.values))
         return basis, basis.coefficients_from_values(self.values)
 
@@ -96,14 +99,23 @@ def shore(centre: tuple[float, float], radius_m: float, knots: int) -> FloatArra
     return np.column_stack([xy, terrain_height(xy[:, 0], xy[:, 1])])
 
 
+def circle_rows(
+    centre: tuple[float, float, float], radius_m: float, normal: tuple[float, float, float]
+) -> FloatArray:
+    """Centre and two radius vectors (3, 3) of a circle, the first one in the X-Z plane."""
+    up = np.asarray(normal) / np.linalg.norm(normal)
+    first = np.array([up[2], 0.0, -up[0]]) / np.hypot(up[0], up[2])
+    return np.vstack([centre, radius_m * first, radius_m * np.cross(up, first)])
+
+
 def control_spline(id: str, values: FloatArray) -> Feature:
     """A spline whose knots are all known and held."""
     return Feature(id, "control", values, np.zeros_like(values))
 
 
-def tie_spline(id: str, values: FloatArray, closed: bool = False) -> Feature:
+def tie_spline(id: str, values: FloatArray, closed: bool = False, family: str = "natural_cubic") -> Feature:
     """A spline of which nothing is known."""
-    return Feature(id, "tie", values, np.full_like(values, np.inf), closed=closed)
+    return Feature(id, "tie", values, np.full_like(values, np.inf), family=family, closed=closed)
 
 
 def check_spline(id: str, values: FloatArray) -> Feature:

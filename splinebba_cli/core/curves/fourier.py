@@ -1,8 +1,12 @@
 """Closed Fourier curves: X(u) = C + sum_k (A_k cos ku + B_k sin ku), u in [0, 2 pi).  Lee 2.3.2.
 
-Values: C, A_1, B_1, A_2, B_2, ... (2 m + 1 rows).  u -> u + c maps the family onto itself: one null, the phase, and one
-condition at u = 0.  The domain is divided into at least four segments for each period of the highest harmonic, so that
-the search for foot points is dense enough.
+Values: C, A_1, B_1, A_2, B_2, ... (2 m + 1 rows).  u -> u + c maps the family onto itself: one null, the phase.
+A curve that needs only q < m harmonics has 2 (m - q) more to the first order: u -> u + c cos ku + d sin ku, k up to
+m - q, leaves the family in the second order only.  2 m - 1 conditions stand therefore at equal distances of u, of which
+one alone is kept where every harmonic is needed.
+
+The domain is divided into at least four segments for each period of the highest harmonic, so that the search for foot
+points is dense enough.
 """
 
 from __future__ import annotations
@@ -43,6 +47,6 @@ def harmonic_basis(count: int, break_points: FloatArray, *, closed: bool) -> Cur
         coefficient_count=count,
         closed=closed,
         has_location=True,
-        anchors=break_points[:1],
+        anchors=break_points[0] + TURN * np.arange(max(1, count - 2)) / max(1, count - 2),
         trigonometric=True,
     )

@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from splinebba_cli.core.curves.registry import lasting_parameters
-from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
+from splinebba_cli.core.curves.registry import FAMILIES, TIGHT, lasting_parameters
+from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution, joint_cofactors
 from splinebba_cli.core.estimation.counts import count_equations
 from splinebba_cli.core.estimation.datum import DATUM_DEFECT
 from splinebba_cli.core.estimation.parameters import layout_of
-from splinebba_cli.core.network import FloatArray, Network
+from splinebba_cli.core.network import BoolArray, FloatArray, Network
 from splinebba_cli.core.observations.coefficient_rows import GAUGE, SHAPE
 from splinebba_cli.core.quality.check_features import check_points, check_splines
 from splinebba_cli.core.quality.cofactors import Cofactors
@@ -120,7 +120,7 @@ def _statistics(prepared: Prepared, solved: ConditionedSolution, numbers: Redund
         observations=equations,
         unknowns=unknowns,
         conditions=conditions,
-        rank_defect=int((numbers.coefficient_rows[is_gauge] < PURE_GAUGE).sum()) + datum,
+        rank_defect=_filled_defect(solved, numbers, is_gauge) + datum,
         redundancy=redundancy,
         sum_redundancy_numbers=numbers.total,
         condition_redundancy=float(condition_numbers.sum()),
@@ -130,6 +130,23 @@ def _statistics(prepared: Prepared, solved: ConditionedSolution, numbers: Redund
         sigma0=sigma0,
         global_test=global_test(vtpv, redundancy, settings.sigma0_prior, settings.alpha),
     )
+
+
+def _filled_defect(solved: ConditionedSolution, numbers: RedundancyNumbers, is_gauge: BoolArray) -> int:
+    """Number of directions that gauge conditions alone determine: where all of their leverage is 1.
+
+    Conditions of one curve that hold the same direction share it, so that only together they fill the defect.
+    """
+    rows, own = solved.assembler.coefficient_rows, numbers.coefficient_rows
+    curves = solved.assembler.prepared.network.curves
+    shared = np.array([FAMILIES[curve.family].gauge_fraction == TIGHT for curve in curves], dtype=bool)
+    together = is_gauge & (shared[rows.curve] if len(curves) else False)
+    count = int((own[is_gauge & ~together] < PURE_GAUGE).sum())
+    for number in np.unique(rows.curve[together]):
+        chosen = np.flatnonzero(together & (rows.curve == number))
+        free = np.eye(len(chosen)) - joint_cofactors(rows.select(chosen), solved)
+        count += int((np.linalg.eigvalsh(free) < PURE_GAUGE).sum())
+    return count
 
 
 def _with_knot_parameters(prepared: Prepared) -> Network:
