@@ -6,12 +6,12 @@ Geometry and places of measurement are the same for every seed; the seed draws n
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from splinebba_cli.core.curves.basis import harmonic_row
-from splinebba_cli.core.network import FloatArray, Network
+from splinebba_cli.core.network import FloatArray, Network, Settings
 from splinebba_cli.simulation.assembly import assemble
 from splinebba_cli.simulation.block_geometry import BlockGeometry, four_images, six_image_block, strip
 from splinebba_cli.simulation.feature_geometry import (
@@ -44,6 +44,7 @@ class Scene:
     points: PointFeatures
     points_per_curve: int  # measured points for every curve and image that sees it
     eop_sigma: FloatArray | None = None  # (6,) of observed exterior orientations (rad, m); None: not observed
+    settings: Settings = field(default_factory=Settings)
 
 
 def simulate_block(
@@ -82,9 +83,10 @@ def simulate_block(
         raise KeyError(f"unknown kind of block {kind!r}; known are {', '.join(SCENES)}")
     noise = Noise(1e-3 * noise_um, start_position_m, float(np.radians(start_angle_deg)), start_knots_m)
     scene = SCENES[kind]()
-    return assemble(
+    network, truth = assemble(
         scene.block, scene.features, scene.points, scene.points_per_curve, scene.eop_sigma, noise, seed
     )
+    return replace(network, settings=scene.settings), truth
 
 
 # every free feature lies where at least two images see it; the lake in the overlap of both strips
@@ -169,7 +171,8 @@ def _circle_three_ways() -> Scene:
     )
     control = np.array([[-140.0, -130.0], [150.0, -140.0], [140.0, 150.0], [-150.0, 140.0], [0.0, 10.0]])
     points = scattered_points((-160.0, -160.0, 160.0, 160.0), control, 25, 3, 0.01)
-    return Scene(four_images(), features, points, 40)
+    # knots of a spline slide freely along a circle: all of its conditions are needed
+    return Scene(four_images(), features, points, 40, settings=Settings(gauge_conditions="all"))
 
 
 SCENES: dict[str, Callable[[], Scene]] = {
