@@ -19,8 +19,9 @@ from splinebba_cli.core.estimation.gauss_markov import Observer
 from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.estimation.parameters import ParameterLayout, layout_of
 from splinebba_cli.core.network import ArcLengths, CurveObservations, KnotPolicy, Network, Tangents
-from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows, value_rows
+from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
 from splinebba_cli.core.observations.locations import held_locations, search_locations
+from splinebba_cli.core.observations.shape_conditions import control_rows
 from splinebba_cli.core.quality.determinacy import require_determined, require_rank
 from splinebba_cli.core.quality.evaluation import Adjusted, evaluate
 from splinebba_cli.core.result import AdjustmentResult, Iteration, Problem
@@ -115,7 +116,7 @@ def _solve(
     """Solve one stage; knots that the program spaces itself keep all their conditions."""
     settings = prepared.network.settings
     layout = _layout(prepared, state)
-    control = value_rows(prepared, layout.coefficient_mask)
+    control = control_rows(prepared, layout.coefficient_mask)
     gauge = gauge_rows(prepared, layout.coefficient_mask, settings.gauge_sigma_m)
     return solve_with_conditions(
         prepared, layout, control, gauge, state,
@@ -151,7 +152,7 @@ def _require_rank(prepared: Prepared, state: State) -> None:
     """Refuse at the start what no iteration can solve."""
     layout = _layout(prepared, state)
     rows = [
-        value_rows(prepared, layout.coefficient_mask),
+        control_rows(prepared, layout.coefficient_mask),
         gauge_rows(prepared, layout.coefficient_mask, prepared.network.settings.gauge_sigma_m),
     ]
     assembler = Assembler(prepared, layout, concatenate_rows(rows, prepared.curves.support))

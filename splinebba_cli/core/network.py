@@ -80,8 +80,9 @@ class Points:
 class Curve:
     """One linear feature by the values people give: rows of three numbers.
 
-    What a row of ``values`` is belongs to the family: the knot for natural splines, an end point for a straight
-    line, the coefficient vector of one power of t (Lee's a0..a3) for polynomials and free cubic segments.
+    What a row of ``values`` is belongs to the family: a knot for natural and cardinal splines, a control point for
+    B-splines, an end point for a straight line, the coefficient vector of one power of t (Lee's a0..a3 of every
+    segment) for polynomials, the centre and the vectors of cos and sin for conics and Fourier curves.
     """
 
     id: str
@@ -90,11 +91,16 @@ class Curve:
     values: FloatArray  # (k, 3) approximate (or given) values
     sigma: FloatArray  # (k, 3) prior sigma of the values: 0 fixed (held), inf free
     closed: bool = False
-    knot_parameters: FloatArray | None = None  # (k,) or (k+1,) if closed; None: by `parameterization`
+    knot_parameters: FloatArray | None = (
+        None  # one more than segments; None: by `parameterization`; conic: the arc
+    )
     parameterization: Literal["uniform", "chord_length"] = "chord_length"
     breaks: tuple[int, ...] = ()  # knots at which the curve has a corner (C0)
     reference: FloatArray | None = None  # (k, 3) reference values of the gauge conditions; None: `values`
     check_values: FloatArray | None = None  # (q, 3) given shape of a check spline (points along it)
+    continuity: int = -1  # of the segments of a polynomial: -1 none, 0 C0, 1 C1, 2 C2
+    natural_ends: bool = False  # X'' = 0 at both ends of a C2 polynomial of degree 3
+    tension: float = 0.0  # of a cardinal spline, [-1, 1); 0: Catmull-Rom
 
 
 @dataclass(frozen=True)
@@ -194,7 +200,7 @@ class Settings:
     sigma0_prior: float = 1.0
     alpha: float = 0.05
     max_iterations: int = 50
-    gauge_sigma_m: float | None = None  # None: a tenth of the mean knot distance
+    gauge_sigma_m: float | None = None  # None: a share of the mean knot distance, by family
     gauge_conditions: Literal["needed", "all"] = "needed"  # which stay in the last solution
     scale_dispersion: bool = True  # multiply the dispersion by the estimated variance of unit weight
     staged: bool = True  # orientation from points first, then curves, then all together

@@ -8,9 +8,11 @@ import numpy as np
 
 from splinebba_cli.core.camera.distortion import corrected_photo_xy
 from splinebba_cli.core.chains import Chains
+from splinebba_cli.core.curves.basis import CurveBasis
 from splinebba_cli.core.curves.curve_set import CurveSet
 from splinebba_cli.core.curves.registry import basis_of
-from splinebba_cli.core.network import FloatArray, IntArray, Network
+from splinebba_cli.core.curves.shape_forms import retracted
+from splinebba_cli.core.network import Curve, FloatArray, IntArray, Network
 
 
 @dataclass(frozen=True)
@@ -110,9 +112,33 @@ def _rays(network: Network, image: IntArray, photo_xy: FloatArray, sigma: FloatA
 
 
 def initial_coefficients(prepared: Prepared) -> FloatArray:
-    """Coefficients of the approximate curves, (C, 3)."""
+    """Coefficients of the approximate curves, (C, 3), with held values and shape conditions exact."""
     parts = [
-        basis.coefficients_from_values(curve.values)
+        _starting_coefficients(basis, curve)
         for basis, curve in zip(prepared.curves.bases, prepared.network.curves, strict=True)
     ]
-    return np.vstack(parts) if parts else np.zeros((0, 3))
+    return on_shape(prepared, np.vstack(parts)) if parts else np.zeros((0, 3))
+
+
+def _starting_coefficients(basis: CurveBasis, curve: Curve) -> FloatArray:
+    """Of one curve, (m, 3); a held value that is a coefficient is exact also where continuity binds the others."""
+    coefficients = basis.coefficients_from_values(curve.values)
+    if basis.coefficient_count < len(curve.values) and (curve.sigma == 0.0).any():
+        rows, columns, factor = basis.pure_values()
+        held = curve.sigma[rows] == 0.0
+        exact = curve.values[rows] / factor[:, None]
+        coefficients[columns] = np.where(held, exact, coefficients[columns])
+    return coefficients
+
+
+def on_shape(prepared: Prepared, coefficients: FloatArray) -> FloatArray:
+    """Coefficients of all curves (C, 3) moved to where shape conditions are exact; curves of known shape stay."""
+    found = coefficients
+    for k in prepared.curves.shaped:
+        rows = slice(*(int(n) for n in prepared.curves.coefficient_start[k : k + 2]))
+        forms = prepared.curves.bases[k].shape_forms
+        touched = np.abs(forms).sum(axis=(0, 1)) > 0.0
+        if (prepared.network.curves[k].sigma[touched] != 0.0).any():
+            found = found.copy() if found is coefficients else found
+            found[rows] = retracted(forms, coefficients[rows])
+    return found

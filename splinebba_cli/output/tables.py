@@ -5,8 +5,11 @@ Metres in the user's object frame, millimetres in the measured photo frame, degr
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from splinebba_cli.core.curves.registry import basis_of
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.result import AdjustmentResult, ScalarResiduals
 from splinebba_cli.output.columns import Column, Table
@@ -109,7 +112,12 @@ def spline_locations_table(result: AdjustmentResult) -> Table:
     for number, curve in enumerate(result.curves):
         rows = order[bounds[number] : bounds[number + 1]]
         interval = curve.segments.interval
-        if len(rows) and len(interval):
+        if len(rows) and not len(interval):  # no power form: the family's own functions
+            given = result.network.curves[number]
+            basis = basis_of(replace(given, values=curve.values))
+            segment[rows], t[rows] = basis.locate(location[rows])
+            xyz[rows] = basis.evaluate(location[rows], basis.coefficients_from_values(curve.values))
+        elif len(rows):
             index = np.clip(
                 np.searchsorted(interval[:, 0], location[rows], side="right") - 1, 0, len(interval) - 1
             )
@@ -125,8 +133,8 @@ def spline_locations_table(result: AdjustmentResult) -> Table:
         Column("measured_y_mm", observations.photo_xy[:, 1], _PHOTO),
         Column("u", location, "%.9g"),
         Column("segment", segment),
+        Column("u_sigma_datum_dependent", result.curve_residuals.location_sigma, "%.6g"),
         Column("t", t, "%.9f"),
-        Column("t_sigma_datum_dependent", _sigma_of_t(result, segment), "%.6g"),
     ]
     columns += [Column(f"{name}_m", xyz[:, i], "%.6f") for i, name in enumerate("xyz")]
     return Table("spline_locations", tuple(columns))
@@ -211,16 +219,6 @@ def _scalar_columns(residuals: ScalarResiduals, unit: str, factor: float, decima
         Column("redundancy", residuals.redundancy, _RATIO),
         Column("standardized", residuals.standardized, _RATIO),
     ]
-
-
-def _sigma_of_t(result: AdjustmentResult, segment: IntArray) -> FloatArray:
-    """σ of t in [0, 1] of every measured point, NaN where it has no segment, (n,)."""
-    observations, out = result.network.curve_observations, np.full(len(segment), np.nan)
-    for number, curve in enumerate(result.curves):
-        rows = np.flatnonzero((observations.curve == number) & (segment >= 0))
-        length = np.diff(curve.segments.interval, axis=1)[:, 0]
-        out[rows] = result.curve_residuals.location_sigma[rows] / length[segment[rows]]
-    return out
 
 
 def prior_residuals_table(result: AdjustmentResult) -> Table:

@@ -167,6 +167,12 @@ def spline_entry(curve: Curve, prefix: str = "") -> dict[str, Any]:
         out["knot_parameters"] = curve.knot_parameters.tolist()
     if curve.parameterization != "chord_length":
         out["parameterization"] = curve.parameterization
+    if curve.continuity >= 0:
+        out["continuity"] = f"C{curve.continuity}"
+    if curve.natural_ends:
+        out["natural_ends"] = True
+    if curve.tension:
+        out["tension"] = float(curve.tension)
     if curve.breaks:
         out["breaks"] = list(curve.breaks)
     out["knots"] = {"table": f"{prefix}knots.csv"}

@@ -12,7 +12,7 @@ from splinebba_cli.report.scale import angle_scale, length_scale
 
 CRITICAL = 3.29  # Baarda: normal distribution, two-sided, alpha0 = 0.001
 _WORST = 20
-_CONDITIONS = ("gauge", "datum")
+_CONDITIONS = ("gauge", "shape", "datum")
 
 
 def residuals_section(data: ResultData) -> Section:
@@ -265,7 +265,8 @@ def conditions_section(data: ResultData) -> Section:
         )
     text = (
         "Knots of a free spline may slide along the curve without changing it. Weak conditions along it "
-        "keep them in place; the shape of the curve and its precision across do not depend on them."
+        "keep them in place; the shape of the curve and its precision across do not depend on them. Shape "
+        "conditions make a circle of a conic: they count as conditions and fill no rank defect."
     )
     blocks.append(Note(text))
     return Section("conditions", "Gauge and datum", tuple(blocks))

@@ -49,7 +49,7 @@ def design_matrix(
         *_linked_parts(at, width),
         _point_part(assembler, at, width, reduced),
         _prior_part(assembler, at, width, reduced),
-        _coefficient_part(assembler, width, coefficient_rows),
+        _coefficient_part(assembler, at, width, coefficient_rows),
     ]
     mask = np.concatenate([assembler.mask, observed_point_mask(assembler).ravel()])
     columns = np.flatnonzero(mask > 0.0)
@@ -104,13 +104,15 @@ def _prior_part(assembler: Assembler, at: Linearization, width: int, reduced: in
     return np.vstack([orientation, points])
 
 
-def _coefficient_part(assembler: Assembler, width: int, chosen: IntArray | None) -> FloatArray:
-    rows = assembler.coefficient_rows
+def _coefficient_part(
+    assembler: Assembler, at: Linearization, width: int, chosen: IntArray | None
+) -> FloatArray:
+    columns, jacobian = assembler.coefficient_rows.columns, at.coefficient_jacobian
     if chosen is not None:
-        rows = rows.select(chosen)
-    out = np.zeros((len(rows), width))
-    if len(rows):
-        unknown = assembler.layout.unknown_of_coefficient[rows.columns]
-        place = (unknown[:, :, None] + np.arange(3)).reshape(len(rows), -1)
-        np.add.at(out, (np.arange(len(rows))[:, None], place), rows.jacobian.reshape(len(rows), -1))
+        columns, jacobian = columns[chosen], jacobian[chosen]
+    out = np.zeros((len(columns), width))
+    if len(columns):
+        unknown = assembler.layout.unknown_of_coefficient[columns]
+        place = (unknown[:, :, None] + np.arange(3)).reshape(len(columns), -1)
+        np.add.at(out, (np.arange(len(columns))[:, None], place), jacobian.reshape(len(columns), -1))
     return out

@@ -56,6 +56,7 @@ class Linearization:
     orientation_priors: PriorRows
     point_prior_residual: FloatArray  # (n, 3) whitened
     coefficient_residual: FloatArray  # (q,) whitened, values and conditions
+    coefficient_jacobian: FloatArray  # (q, w, 3) of the same, at the state
     cost: float
     base_values: FloatArray  # flat, before points are eliminated, removed unknowns with unit diagonal
     base_side: FloatArray  # (N,)
@@ -112,6 +113,7 @@ class Assembler:
             self.point_inverse_sigma > 0.0, (state.xyz - network.points.xyz) * self.point_inverse_sigma, 0.0
         )
         coefficient = self.coefficient_rows.residual(state.coefficients)
+        coefficient_jacobian = self.coefficient_rows.jacobian_at(state.coefficients)
         linked = linearize_linked_points(self.prepared, state, held)
         windows, linked_windows = self._windows_at(curve, linked)
         columns = self.prepared.curves.columns[curve.segment]
@@ -124,7 +126,7 @@ class Assembler:
             ],
             axis=1,
         )
-        values, side = self._base(jacobian, windows, points, priors, coefficient)
+        values, side = self._base(jacobian, windows, points, priors, coefficient, coefficient_jacobian)
         for window in linked_windows:
             window.add(values, side)
         self._unit_diagonal(values)
@@ -136,7 +138,7 @@ class Assembler:
         all_held = np.concatenate([curve.point[len(curve.speed) :], linked_held])
         return Linearization(
             state, curve, jacobian, windows, linked, linked_windows, all_held, points, priors, point_prior,
-            coefficient, cost, values, side,
+            coefficient, coefficient_jacobian, cost, values, side,
         )  # fmt: skip
 
     def eliminate(self, at: Linearization, damping: float) -> tuple[FloatArray, FloatArray, EliminatedPoints]:
@@ -216,6 +218,7 @@ class Assembler:
         points: PointRows,
         priors: PriorRows,
         coefficient: FloatArray,
+        coefficient_jacobian: FloatArray,
     ) -> tuple[FloatArray, FloatArray]:
         structure, layout = self.structure, self.layout
         values, side = np.zeros(int(structure.offsets[-1])), np.zeros(int(layout.node_starts[-1]))
@@ -251,7 +254,7 @@ class Assembler:
         values[place] += image_blocks.reshape(-1, 36)
         rows = self.coefficient_rows
         if len(rows):
-            j = (rows.jacobian * layout.coefficient_mask[rows.columns]).reshape(len(rows), -1)
+            j = (coefficient_jacobian * layout.coefficient_mask[rows.columns]).reshape(len(rows), -1)
             self.row_window().add(values, j[:, :, None] * j[:, None, :])
             place = (unknown[rows.columns][:, :, None] + np.arange(3)).reshape(len(rows), -1)
             np.subtract.at(side, place, j * coefficient[:, None])

@@ -86,7 +86,7 @@ def projected_derivatives(
 
     Parameters
     ----------
-    polynomials : (S, 4, 3) power form of the present segments (:meth:`CurveSet.segment_polynomials`)
+    polynomials : (S, K, 3) of the present segments (:meth:`CurveSet.segment_polynomials`)
     rows : (k,) measured points
     location : (k,) their locations
 
@@ -113,11 +113,8 @@ def _chunk_derivatives(
     image = observed.image[rows]
     segment, t = curves.locate(observed.curve[rows], location)
     length = curves.length[segment]
-    a = polynomials[segment]
-    t = t[:, None]
-    value = a[:, 0] + t * (a[:, 1] + t * (a[:, 2] + t * a[:, 3])) - state.position[image]
-    first = (a[:, 1] + t * (2.0 * a[:, 2] + 3.0 * t * a[:, 3])) / length[:, None]
-    second = (2.0 * a[:, 2] + 6.0 * t * a[:, 3]) / (length * length)[:, None]
+    value, first, second = curves.derivatives(polynomials, segment, t)
+    value -= state.position[image]
     rotation = state.rotation[image]
     p, p1, p2 = (
         [

@@ -96,6 +96,6 @@ def coefficient_leverage(cofactors: Cofactors) -> FloatArray:
     rows = cofactors.assembler.coefficient_rows
     if not len(rows):
         return np.zeros(0)
-    j = rows.jacobian.reshape(len(rows), -1)
+    j = cofactors.solution.linearization.coefficient_jacobian.reshape(len(rows), -1)
     windows = cofactors.coefficient_windows(rows.columns)
     return np.asarray(np.einsum("qi,qij,qj->q", j, windows, j, optimize=True))

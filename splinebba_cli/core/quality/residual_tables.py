@@ -6,6 +6,7 @@ import numpy as np
 
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
 from splinebba_cli.core.network import FloatArray
+from splinebba_cli.core.observations.coefficient_rows import GAUGE, SHAPE
 from splinebba_cli.core.observations.orientation_priors import weighting_sigma
 from splinebba_cli.core.quality.redundancy import RedundancyNumbers
 from splinebba_cli.core.result import PriorResidual, ResidualTable, ScalarResiduals
@@ -127,12 +128,12 @@ def _value_and_gauge(
     whitened = solved.solution.linearization.coefficient_residual
     found = []
     for k in range(len(rows)):
-        gauge = rows.component[k] == 3
+        component = int(rows.component[k])
         found.append(
             PriorResidual(
-                "gauge" if gauge else "control spline",
+                {GAUGE: "gauge", SHAPE: "shape"}.get(component, "control spline"),
                 prepared.network.curves[rows.curve[k]].id,
-                f"knot {rows.row[k]} {AXES[rows.component[k]]}",
+                f"condition {rows.row[k]}" if component == SHAPE else f"knot {rows.row[k]} {AXES[component]}",
                 float(whitened[k] * rows.sigma[k]),
                 float(rows.sigma[k]),
                 float(numbers.coefficient_rows[k]),
