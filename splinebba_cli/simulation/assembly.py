@@ -49,6 +49,9 @@ def assemble(
     shapes = [feature.shape() for feature in features]
     places = np.random.default_rng(PLACES_SEED)
     curve_seen, locations = measure_curves(block, shapes, points_per_curve, places)
+    approximate = np.array([f.really is not None for f in features], dtype=bool)
+    if approximate.any():  # places on the true curve are none on the one that is adjusted
+        locations = np.where(approximate[curve_seen.curve], np.nan, locations)
     points = _seen_twice(block, points)
     point_seen = measure_points(block, points.xyz)
     sigma = noise.image_mm or NOMINAL_SIGMA_MM

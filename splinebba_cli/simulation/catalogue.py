@@ -78,7 +78,7 @@ def truth_data(kind: str, seed: int, noise_um: float, network: Network, truth: T
             {"id": id, **dict(zip("xyz", row, strict=True))}
             for id, row in zip(network.points.ids, (truth.points + network.origin).tolist(), strict=True)
         ],
-        "locations": truth.locations.tolist(),
+        "locations": [None if np.isnan(u) else u for u in truth.locations.tolist()],
     }
 
 

@@ -45,6 +45,7 @@ class Scene:
     points_per_curve: int  # measured points for every curve and image that sees it
     eop_sigma: FloatArray | None = None  # (6,) of observed exterior orientations (rad, m); None: not observed
     settings: Settings = field(default_factory=Settings)
+    most_start_knots_m: float = np.inf  # bound of the errors of approximate knots, for small curves
 
 
 def simulate_block(
@@ -81,8 +82,9 @@ def simulate_block(
     """
     if kind not in SCENES:
         raise KeyError(f"unknown kind of block {kind!r}; known are {', '.join(SCENES)}")
-    noise = Noise(1e-3 * noise_um, start_position_m, float(np.radians(start_angle_deg)), start_knots_m)
     scene = SCENES[kind]()
+    start_knots_m = min(start_knots_m, scene.most_start_knots_m)
+    noise = Noise(1e-3 * noise_um, start_position_m, float(np.radians(start_angle_deg)), start_knots_m)
     network, truth = assemble(
         scene.block, scene.features, scene.points, scene.points_per_curve, scene.eop_sigma, noise, seed
     )
@@ -172,7 +174,8 @@ def _circle_three_ways() -> Scene:
     control = np.array([[-140.0, -130.0], [150.0, -140.0], [140.0, 150.0], [-150.0, 140.0], [0.0, 10.0]])
     points = scattered_points((-160.0, -160.0, 160.0, 160.0), control, 25, 3, 0.01)
     # knots of a spline slide freely along a circle: all of its conditions are needed
-    return Scene(four_images(), features, points, 40, settings=Settings(gauge_conditions="all"))
+    settings = Settings(gauge_conditions="all")
+    return Scene(four_images(), features, points, 40, settings=settings, most_start_knots_m=0.5)
 
 
 SCENES: dict[str, Callable[[], Scene]] = {

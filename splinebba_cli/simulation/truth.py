@@ -15,7 +15,9 @@ class Truth:
     eop: FloatArray  # (m, 6) omega, phi, kappa (rad), X0, Y0, Z0 (m, local frame)
     curves: tuple[FloatArray, ...]  # values of each curve: (k, 3) knots of a spline, metres
     points: FloatArray  # (n, 3) metres
-    locations: FloatArray  # (q,) u of every point measured on a curve
+    locations: (
+        FloatArray  # (q,) u of every point measured on a curve; NaN where the family only approximates it
+    )
 
     @property
     def rotation(self) -> FloatArray:
