@@ -8,6 +8,7 @@ import numpy as np
 
 from splinebba_cli.core.camera.rotation import rotation_object_from_photo
 from splinebba_cli.core.network import (
+    BoolArray,
     Camera,
     Curve,
     FloatArray,
@@ -49,9 +50,7 @@ def assemble(
     shapes = [feature.shape() for feature in features]
     places = np.random.default_rng(PLACES_SEED)
     curve_seen, locations = measure_curves(block, shapes, points_per_curve, places)
-    approximate = np.array([f.really is not None for f in features], dtype=bool)
-    if approximate.any():  # places on the true curve are none on the one that is adjusted
-        locations = np.where(approximate[curve_seen.curve], np.nan, locations)
+    locations = np.where(_approximates(features)[curve_seen.curve], np.nan, locations)
     points = _seen_twice(block, points)
     point_seen = measure_points(block, points.xyz)
     sigma = noise.image_mm or NOMINAL_SIGMA_MM
@@ -78,6 +77,11 @@ def assemble(
         ),
     )
     return network, Truth(block.eop, tuple(f.values for f in features), points.xyz, locations)
+
+
+def _approximates(features: tuple[Feature, ...]) -> BoolArray:
+    """Whether the adjusted curve is not the true one, so that places on that are none on this, (curves,)."""
+    return np.array([feature.really is not None for feature in features], dtype=bool)
 
 
 def _seen_twice(block: BlockGeometry, points: PointFeatures) -> PointFeatures:
