@@ -91,6 +91,11 @@ ERROR_CODES: dict[str, str] = {
     "SBB601": "results cannot be written",
     "SBB602": "not a result folder",
     "SBB603": "the folder exists",
+    # 7xx: simulation
+    "SBB701": "the truth does not fit the project",
+    "SBB702": "not enough is known to simulate",
+    "SBB703": "another campaign",
+    "SBB704": "a worker process ended",
     # 9xx: the program
     "SBB900": "usage",
     "SBB970": "unexpected error inside the program",
@@ -128,6 +133,10 @@ class UsageError(SplinebbaError):
 
 class OutputError(SplinebbaError):
     """Results cannot be written or read."""
+
+
+class SimulationError(SplinebbaError):
+    """A project cannot be simulated, or a campaign not be continued."""
 
 
 class ProjectError(SplinebbaError):

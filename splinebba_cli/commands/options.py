@@ -51,6 +51,7 @@ class SchemaChoice(StrEnum):
 
     project = "project"
     result = "result"
+    campaign = "campaign"
 
 
 ProjectArgument = Annotated[

@@ -12,7 +12,7 @@ from splinebba_cli.commands.options import SchemaChoice
 def schema(
     which: Annotated[SchemaChoice, typer.Argument(help="Of which file.")] = SchemaChoice.project,
 ) -> None:
-    """Print the JSON Schema of the project file or of result.json."""
+    """Print the JSON Schema of the project file, of result.json or of campaign.json."""
     from splinebba_cli.project.json_schema import schema_text
 
     print(schema_text(which.value), end="")

@@ -18,7 +18,7 @@ from splinebba_cli.core.estimation.datum import minimal_datum
 from splinebba_cli.core.estimation.gauss_markov import Observer
 from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.estimation.parameters import ParameterLayout, layout_of
-from splinebba_cli.core.network import CurveObservations, KnotPolicy, Network
+from splinebba_cli.core.network import ArcLengths, CurveObservations, KnotPolicy, Network, Tangents
 from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
 from splinebba_cli.core.observations.locations import held_locations, search_locations
 from splinebba_cli.core.observations.shape_conditions import control_rows
@@ -101,7 +101,13 @@ def points_only(network: Network) -> Network:
     """The network without its curves."""
     none = np.zeros(0, dtype=np.int64)
     empty = CurveObservations(none, none, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), none)
-    return replace(network, curves=(), curve_observations=empty)
+    return replace(
+        network,
+        curves=(),
+        curve_observations=empty,
+        arc_lengths=ArcLengths.none(),
+        tangents=Tangents.none(),
+    )
 
 
 def _solve(

@@ -136,6 +136,54 @@ class PointObservations:
 
 
 @dataclass(frozen=True)
+class ArcLengths:
+    """Lengths of projected curves in the image, between two measured points of one image and one curve (Lee 3.4).
+
+    A measured point may end one arc and begin another, so that arcs make chains.
+    """
+
+    first: IntArray  # (q,) measured curve points
+    second: IntArray  # (q,)
+    length: FloatArray  # (q,) mm, as measured
+    sigma: FloatArray  # (q,) mm
+    simpson: BoolArray  # (q,) one Simpson step (Lee 3.38), else Gauss-Legendre, split at joints
+    group: IntArray | None = None  # (q,) index into group_names, None: one group
+    group_names: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.first)
+
+    @classmethod
+    def none(cls) -> ArcLengths:
+        """No arc lengths."""
+        return cls(_no_indices(), _no_indices(), np.zeros(0), np.zeros(0), np.zeros(0, dtype=bool))
+
+
+@dataclass(frozen=True)
+class Tangents:
+    """Directions of projected curves in the image, at measured points; at most one a point (Lee 3.5)."""
+
+    point: IntArray  # (q,) measured curve point
+    direction: FloatArray  # (q,) rad, from the x axis of the photo frame towards its y axis, as measured
+    sigma: FloatArray  # (q,) rad
+    directed: BoolArray  # (q,) has the sense of ascending locations; else known up to half a turn
+    group: IntArray | None = None  # (q,) index into group_names, None: one group
+    group_names: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.point)
+
+    @classmethod
+    def none(cls) -> Tangents:
+        """No tangents."""
+        return cls(_no_indices(), np.zeros(0), np.zeros(0), np.zeros(0, dtype=bool))
+
+
+def _no_indices() -> IntArray:
+    return np.zeros(0, dtype=np.int64)
+
+
+@dataclass(frozen=True)
 class KnotPolicy:
     """What the program may do with the knots of tie splines (theory: knots follow need)."""
 
@@ -171,3 +219,5 @@ class Network:
     point_observations: PointObservations
     curve_observations: CurveObservations
     settings: Settings = field(default_factory=Settings)
+    arc_lengths: ArcLengths = field(default_factory=ArcLengths.none)
+    tangents: Tangents = field(default_factory=Tangents.none)

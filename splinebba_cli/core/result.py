@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+import numpy as np
+
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, Network
 
 Severity = Literal["error", "warning", "info"]
@@ -155,6 +157,22 @@ class ResidualTable:
     standardized: FloatArray  # (n, 2) v / (sigma0_prior sqrt(q_vv)); curves: across first, NaN second
     location: FloatArray  # (n,) u (points: NaN)
     normal: FloatArray  # (n, 2) unit normal of the projected curve (points: NaN)
+    location_sigma: FloatArray  # (n,) of u, 0 where it is held (points: NaN): datum-dependent
+
+
+@dataclass(frozen=True)
+class ScalarResiduals:
+    """Residuals v = adjusted - measured of arc lengths (mm) or tangents (rad), in the measured photo frame."""
+
+    residual: FloatArray  # (q,)
+    sigma: FloatArray  # (q,)
+    redundancy: FloatArray  # (q,) redundancy numbers
+    standardized: FloatArray  # (q,) v / (sigma0_prior sqrt(q_vv))
+
+    @classmethod
+    def none(cls) -> ScalarResiduals:
+        """No observations of a kind."""
+        return cls(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -224,4 +242,6 @@ class AdjustmentResult:
     checks: Checks
     problems: tuple[Problem, ...]
     dispersion: DispersionBlocks | None = None
+    arc_residuals: ScalarResiduals = field(default_factory=ScalarResiduals.none)
+    tangent_residuals: ScalarResiduals = field(default_factory=ScalarResiduals.none)
     timings: dict[str, float] = field(default_factory=dict)

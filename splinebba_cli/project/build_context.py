@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from splinebba_cli.project.table_reader import TableReader
 from splinebba_cli.project.tables import Table
 from splinebba_cli.project.yaml_source import YamlSource
 
+Purpose = Literal["adjustment", "simulation"]
+"""What a project is read for: one to be simulated may lack the observations that `simulate` places itself."""
+
 
 @dataclass
 class Building:
@@ -23,6 +27,7 @@ class Building:
     source: YamlSource
     reader: TableReader
     collector: Collector
+    purpose: Purpose = "adjustment"
 
     def duplicate(self, kind: str, id: str, place: Place, first_line: int | None) -> None:
         """Report a second thing with the same id."""

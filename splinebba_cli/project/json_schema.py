@@ -12,6 +12,7 @@ from typing import Any
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
+from splinebba_cli.project.campaign_schema import campaign_schema
 from splinebba_cli.project.model import Project
 from splinebba_cli.project.result_schema import result_schema
 from splinebba_cli.project.scalars import NUMBER_PATTERN
@@ -73,6 +74,6 @@ def _without_titles(node: Any) -> Any:
 
 
 def schema_text(which: str) -> str:
-    """The schema of a ``project`` or ``result`` file as text."""
-    schema = project_schema() if which == "project" else result_schema()
+    """The schema of a ``project``, ``result`` or ``campaign`` file as text."""
+    schema = {"project": project_schema, "result": result_schema, "campaign": campaign_schema}[which]()
     return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"

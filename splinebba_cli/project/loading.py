@@ -8,7 +8,7 @@ from pathlib import Path
 
 from splinebba_cli.core.network import Network
 from splinebba_cli.errors import ProjectError
-from splinebba_cli.project.build_context import Building
+from splinebba_cli.project.build_context import Building, Purpose
 from splinebba_cli.project.diagnostics import Collector, Diagnostic
 from splinebba_cli.project.model import Project
 from splinebba_cli.project.network_builder import build_network
@@ -33,13 +33,15 @@ class LoadedProject:
         return self.model.project.name
 
 
-def load_project(path: Path | str) -> LoadedProject:
+def load_project(path: Path | str, purpose: Purpose = "adjustment") -> LoadedProject:
     """Read a project file and its tables.
 
     Parameters
     ----------
     path : Path or str
         The project file, or a folder that holds ``project.yaml``.
+    purpose : {"adjustment", "simulation"}
+        A project to be simulated needs no observations; those of splines or of points may be there alone.
 
     Returns
     -------
@@ -61,7 +63,7 @@ def load_project(path: Path | str) -> LoadedProject:
         raise ProjectError(collector.finished())
     found = collector if as_written else Collector()
     reader = TableReader(source, path.parent, found)
-    network = build_network(Building(model, source, reader, found))
+    network = build_network(Building(model, source, reader, found, purpose))
     if not as_written:
         collector.take(found, HOLD_WHEN_MENDED)
     if network is None or collector.has_errors:

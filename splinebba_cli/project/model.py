@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, ConfigDict, Field
+from pydantic import BeforeValidator, Field
 
 from splinebba_cli.project.model_camera import Camera
 from splinebba_cli.project.model_features import PointEntry, SplineEntry
 from splinebba_cli.project.model_images import ImageEntry
 from splinebba_cli.project.model_observations import Observations
+from splinebba_cli.project.model_simulation import Simulation
 from splinebba_cli.project.scalars import (
     AngleUnit,
     Model,
@@ -113,18 +114,6 @@ class Acceptance(Model):
     )
 
 
-class Simulation(Model):
-    """How a project was simulated; a note, not used by the adjustment."""
-
-    model_config = ConfigDict(extra="allow")
-
-    block: Text | None = Field(default=None, description="Kind of the simulated block.")
-    seed: int | None = Field(default=None, description="Seed of the noise.")
-    image_sigma_um: Annotated[float | None, Field(ge=0)] = Field(
-        default=None, description="σ of the noise in the image, µm."
-    )
-
-
 def _as_list(value: Any) -> Any:
     """One table may stand where a list of entries may."""
     return [value] if isinstance(value, dict) else value
@@ -152,7 +141,9 @@ class Project(Model):
     )
     adjustment: Adjustment = Field(default_factory=Adjustment, description="How to adjust.")
     acceptance: Acceptance = Field(default_factory=Acceptance, description="What a result must satisfy.")
-    simulation: Simulation | None = Field(default=None, description="How the project was simulated.")
+    simulation: Simulation | None = Field(
+        default=None, description="How `simulate` measures the project anew."
+    )
 
 
 __all__ = ["FORMAT_VERSION", "Acceptance", "Adjustment", "Knots", "Project", "ProjectInfo", "Simulation"]

@@ -7,14 +7,27 @@ from __future__ import annotations
 
 import numpy as np
 
-from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, KnotPolicy, Network, Points, Settings
+from splinebba_cli.core.network import (
+    ArcLengths,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    KnotPolicy,
+    Network,
+    Points,
+    Settings,
+    Tangents,
+)
 from splinebba_cli.project.build_cameras import build_cameras
 from splinebba_cli.project.build_context import Building
 from splinebba_cli.project.build_curves import CurveRows, position_rows, read_curves, shifted
 from splinebba_cli.project.build_images import ImageRows, build_images, check_images, read_images
+from splinebba_cli.project.build_linked import Marks, read_arc_lengths, read_tangents
 from splinebba_cli.project.build_observations import (
+    ObservationRows,
     as_curve_observations,
     as_point_observations,
+    kept_rows,
     read_observations,
 )
 from splinebba_cli.project.build_points import PointRows, read_points
@@ -41,40 +54,74 @@ def build_network(building: Building) -> Network | None:
     curves = read_curves(building)
     on_points = read_observations("point", building, images, points.index(), frames)
     on_curves = read_observations("spline", building, images, _declared_splines(building, curves), frames)
-    if building.collector.has_errors and not (images.ids and (on_points.groups or on_curves.groups)):
+    measured = bool(on_points.groups or on_curves.groups)
+    if building.collector.has_errors and not (images.ids and measured):
         return None
-    if not on_points.groups and not on_curves.groups:
+    if not measured and building.purpose == "adjustment":
         place = building.source.place(("observations",), key=True)
         building.collector.error("SBB303", "the project has no observations", place)
         return None
     if _incomplete(building):
         return None
     check_extent(building, images, points, curves)
-    check_images_seen(building, images, (on_points, on_curves))
-    check_resection(building, images, points, on_points)
-    check_segments(building, curves, on_curves)
-    curve_roles = [curve.role for curve in curves.curves]
-    seen_points = images_per_feature(on_points, len(points.ids))
-    keep_points = check_features_seen(building, "point", points.ids, points.roles, points.places, seen_points)
-    curve_ids = [curve.id for curve in curves.curves]
-    seen_curves = images_per_feature(on_curves, len(curve_ids))
-    keep_curves = check_features_seen(building, "spline", curve_ids, curve_roles, curves.places, seen_curves)
+    kept_points, kept_curves = _features_taking_part(building, images, points, curves, on_points, on_curves)
     origin = local_origin(building, images, points, curves)
     built_images = build_images(images, origin, building)
+    arc_lengths, tangents = ArcLengths.none(), Tangents.none()
+    if _links(building):
+        marks = Marks.of(on_curves, building)
+        numbers = kept_rows(on_curves, _renumbered(kept_curves))
+        arc_lengths = read_arc_lengths(building, images, marks, frames, numbers)
+        tangents = read_tangents(building, images, marks, frames, numbers)
     if building.collector.has_errors:
         return None
     return Network(
         origin=origin,
         cameras=tuple(cameras),
         images=built_images,
-        points=_points(points, keep_points, origin),
+        points=_points(points, kept_points, origin),
         curves=tuple(
-            shifted(curve, -origin) for curve, kept in zip(curves.curves, keep_curves, strict=True) if kept
+            shifted(curve, -origin) for curve, kept in zip(curves.curves, kept_curves, strict=True) if kept
         ),
-        point_observations=as_point_observations(on_points, _renumbered(keep_points)),
-        curve_observations=as_curve_observations(on_curves, _renumbered(keep_curves)),
+        point_observations=as_point_observations(on_points, _renumbered(kept_points)),
+        curve_observations=as_curve_observations(on_curves, _renumbered(kept_curves)),
         settings=settings_of(building.model.adjustment),
+        arc_lengths=arc_lengths,
+        tangents=tangents,
     )
+
+
+def _links(building: Building) -> bool:
+    """Whether there are arc lengths or tangents."""
+    observations = building.model.observations
+    return bool(observations.arc_lengths or observations.tangents)
+
+
+def _features_taking_part(
+    building: Building,
+    images: ImageRows,
+    points: PointRows,
+    curves: CurveRows,
+    on_points: ObservationRows,
+    on_curves: ObservationRows,
+) -> tuple[BoolArray, BoolArray]:
+    """Which points and curves enough images see; what is to be measured by a simulation all takes part."""
+    to_place = building.purpose == "simulation"
+    if not to_place or (on_points.groups and on_curves.groups):
+        check_images_seen(building, images, (on_points, on_curves))
+    if not to_place or on_points.groups:
+        check_resection(building, images, points, on_points)
+    check_segments(building, curves, on_curves)
+    kept_points = np.ones(len(points.ids), dtype=bool)
+    if not to_place or on_points.groups:
+        seen = images_per_feature(on_points, len(points.ids))
+        kept_points = check_features_seen(building, "point", points.ids, points.roles, points.places, seen)
+    kept_curves = np.ones(len(curves.curves), dtype=bool)
+    if not to_place or on_curves.groups:
+        ids, roles = [c.id for c in curves.curves], [c.role for c in curves.curves]
+        seen = images_per_feature(on_curves, len(ids))
+        kept_curves = check_features_seen(building, "spline", ids, roles, curves.places, seen)
+    return kept_points, kept_curves
 
 
 def _incomplete(building: Building) -> bool:

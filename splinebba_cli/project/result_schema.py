@@ -17,24 +17,26 @@ FLAG: Schema = {"type": "boolean"}
 EOP_KEYS = ("x", "y", "z", "omega", "phi", "kappa")
 
 
-def _array(items: Schema, length: int | None = None) -> Schema:
+def array_of(items: Schema, length: int | None = None) -> Schema:
+    """Schema of an array, of fixed length where it is given."""
     size = {} if length is None else {"minItems": length, "maxItems": length}
     return {"type": "array", "items": items, **size}
 
 
-def _object(
+def object_of(
     required: dict[str, Schema], optional: dict[str, Schema] | None = None, about: str = ""
 ) -> Schema:
+    """Schema of an object with needed and further properties."""
     described = {"description": about} if about else {}
     properties = {**required, **(optional or {})}
     return {"type": "object", **described, "properties": properties, "required": list(required)}
 
 
 def _xyz(about: str = "") -> Schema:
-    return _object(dict.fromkeys("xyz", NUMBER_OR_NULL), about=about)
+    return object_of(dict.fromkeys("xyz", NUMBER_OR_NULL), about=about)
 
 
-PROBLEM = _object(
+PROBLEM = object_of(
     {
         "code": {"type": "string", "pattern": "^SBB[0-9]{3}$"},
         "severity": {"enum": ["error", "warning", "info"]},
@@ -43,11 +45,11 @@ PROBLEM = _object(
     },
     {"help": TEXT},
 )
-GLOBAL_TEST = _object(
+GLOBAL_TEST = object_of(
     {"statistic": NUMBER, "lower": NUMBER, "upper": NUMBER, "alpha": NUMBER, "passed": FLAG},
     about="Two-sided χ² test of r σ̂₀²/σ₀².",
 )
-STATISTICS = _object(
+STATISTICS = object_of(
     {
         "observations": COUNT,
         "unknowns": COUNT,
@@ -62,36 +64,36 @@ STATISTICS = _object(
         "global_test": {"anyOf": [GLOBAL_TEST, {"type": "null"}]},
     }
 )
-IMAGE = _object(
+IMAGE = object_of(
     {
         "id": TEXT,
         "camera": TEXT,
         **dict.fromkeys(EOP_KEYS, NUMBER),
-        "sigma": _object(dict.fromkeys(EOP_KEYS, NUMBER_OR_NULL)),
+        "sigma": object_of(dict.fromkeys(EOP_KEYS, NUMBER_OR_NULL)),
         "correlations": {"type": "array"},
     },
     about="Adjusted exterior orientation: metres, degrees.",
 )
-SEGMENT = _object(
+SEGMENT = object_of(
     {
-        "interval": _array(NUMBER, 2),
-        **{letter: _array(NUMBER) for letter in "abc"},
-        **{f"sigma_{letter}": _array(NUMBER_OR_NULL) for letter in "abc"},
+        "interval": array_of(NUMBER, 2),
+        **{letter: array_of(NUMBER) for letter in "abc"},
+        **{f"sigma_{letter}": array_of(NUMBER_OR_NULL) for letter in "abc"},
     },
     about="Coefficients of the powers of t in [0, 1] for X (a), Y (b), Z (c), metres.",
 )
-CONIC = _object(
+CONIC = object_of(
     {
-        "centre": _array(NUMBER, 3),
-        "semi_axes": _array(NUMBER, 2),
-        "axes": _array(_array(NUMBER, 3), 2),
-        "normal": _array(NUMBER, 3),
+        "centre": array_of(NUMBER, 3),
+        "semi_axes": array_of(NUMBER, 2),
+        "axes": array_of(array_of(NUMBER, 3), 2),
+        "normal": array_of(NUMBER, 3),
         "eccentricity": NUMBER,
         "form": {"enum": ["circle", "ellipse", "parabola", "hyperbola"]},
-        "sigma": _object(
+        "sigma": object_of(
             {
-                "centre": _array(NUMBER_OR_NULL, 3),
-                "semi_axes": _array(NUMBER_OR_NULL, 2),
+                "centre": array_of(NUMBER_OR_NULL, 3),
+                "semi_axes": array_of(NUMBER_OR_NULL, 2),
                 "eccentricity": NUMBER_OR_NULL,
                 "normal_deg": NUMBER_OR_NULL,
             }
@@ -99,41 +101,41 @@ CONIC = _object(
     },
     about="Elements of a conic or circle: metres, unit directions. A bounded curve is always a circle or an ellipse.",
 )
-ELLIPSE = _object(
+ELLIPSE = object_of(
     {
-        "centre": _array(NUMBER, 3),
-        "semi_axes": _array(NUMBER, 2),
-        "normal": _array(NUMBER, 3),
+        "centre": array_of(NUMBER, 3),
+        "semi_axes": array_of(NUMBER, 2),
+        "normal": array_of(NUMBER, 3),
         "rms": NUMBER,
         "max": NUMBER,
     },
     about="The ellipse nearest to a closed spline of any family and the distance of the spline from it, metres.",
 )
-SPLINE = _object(
+SPLINE = object_of(
     {
         "id": TEXT,
         "role": {"enum": ["control", "partial", "tie", "check"]},
         "family": TEXT,
         "closed": FLAG,
-        "knots": _array(_array(NUMBER, 3)),
-        "knot_sigma": _array(_array(NUMBER_OR_NULL, 3)),
-        "sigma_across": _object(
+        "knots": array_of(array_of(NUMBER, 3)),
+        "knot_sigma": array_of(array_of(NUMBER_OR_NULL, 3)),
+        "sigma_across": object_of(
             {"max": NUMBER_OR_NULL, "mean": NUMBER_OR_NULL},
             about="Semi-axes of the lateral standard ellipse, m.",
         ),
-        "segments": {**_array(SEGMENT), "description": "None of trigonometric families."},
+        "segments": {**array_of(SEGMENT), "description": "None of trigonometric families."},
     },
     {
         "values": {
-            **_array(_array(NUMBER, 3)),
+            **array_of(array_of(NUMBER, 3)),
             "description": "Rows of the family that are no points of the curve.",
         },
-        "value_sigma": _array(_array(NUMBER_OR_NULL, 3)),
+        "value_sigma": array_of(array_of(NUMBER_OR_NULL, 3)),
         "conic": CONIC,
         "ellipse": ELLIPSE,
     },
 )
-POINT = _object(
+POINT = object_of(
     {
         "id": TEXT,
         "role": {"enum": ["control", "tie", "check"]},
@@ -145,19 +147,19 @@ POINT = _object(
 
 def result_schema() -> Schema:
     """The JSON Schema of result.json."""
-    content = _object(
+    content = object_of(
         {
             "format": {"const": "splinebba-result/1"},
             "provenance": {"type": "object"},
-            "status": _object({"converged": FLAG, "termination": TEXT, "iterations": COUNT}),
+            "status": object_of({"converged": FLAG, "termination": TEXT, "iterations": COUNT}),
             "statistics": STATISTICS,
-            "cameras": _array(_object({"id": TEXT, "principal_distance_mm": NUMBER})),
-            "images": _array(IMAGE),
-            "splines": _array(SPLINE),
-            "points": _array(POINT),
-            "checks": _object({"points": {"type": "array"}, "splines": {"type": "array"}}),
+            "cameras": array_of(object_of({"id": TEXT, "principal_distance_mm": NUMBER})),
+            "images": array_of(IMAGE),
+            "splines": array_of(SPLINE),
+            "points": array_of(POINT),
+            "checks": object_of({"points": {"type": "array"}, "splines": {"type": "array"}}),
             "residuals": {"type": "object"},
-            "problems": _array(PROBLEM),
+            "problems": array_of(PROBLEM),
         },
         about="Results of an adjustment, but for the large tables beside it.",
     )

@@ -6,6 +6,7 @@ import io
 import re
 import warnings
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -99,6 +100,39 @@ def svg_of(
         )  # text stays text: the page has fonts
         canvas.print_svg(stream, metadata={"Date": None, "Creator": None, "Format": None, "Type": None})  # type: ignore[no-untyped-call]
     return _clean(stream.getvalue())
+
+
+def write_figure(draw: Callable[[Figure], None], size_inch: tuple[float, float], path: Path) -> Path:
+    """Draw a figure into a file of its own; the same drawing gives the same bytes.
+
+    Parameters
+    ----------
+    draw : callable
+        Draws into the empty figure that it gets.
+    size_inch : (width, height)
+    path : Path
+        ``.svg`` or ``.png``.
+
+    Returns
+    -------
+    Path
+        The file written.
+    """
+    import matplotlib as mpl
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(_STYLE)
+        mpl.rcParams["svg.hashsalt"] = path.stem
+        mpl.rcParams["savefig.facecolor"] = "white"
+        figure = Figure(figsize=size_inch, layout="constrained")
+        FigureCanvasAgg(figure)
+        draw(figure)
+        plain = {"Date": None, "Creator": None} if path.suffix == ".svg" else {"Software": None}
+        figure.savefig(path, dpi=160, metadata=plain)
+    return path
 
 
 def _clean(svg: str) -> str:

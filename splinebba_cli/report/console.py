@@ -66,9 +66,9 @@ class ConsoleSummary:
         yield self._facts()
         yield Text()
         if self._data["images"]:
-            yield from _rich_table(orientation_table(self._data), options.max_width)
+            yield from rich_table(orientation_table(self._data), options.max_width)
         if self._data["splines"]:
-            yield from _rich_table(splines_table(self._data), options.max_width)
+            yield from rich_table(splines_table(self._data), options.max_width)
 
     def _problems(self) -> Iterator[RenderableType]:
         from rich.text import Text
@@ -107,7 +107,8 @@ def _plain(text: str) -> RenderableType:
     return Text(text)
 
 
-def _rich_table(table: Table, width: int) -> Iterator[RenderableType]:
+def rich_table(table: Table, width: int) -> Iterator[RenderableType]:
+    """A table of a report for the console: its first rows, and the columns that fit into `width`."""
     from rich import box
     from rich.table import Table as RichTable
     from rich.text import Text
@@ -115,16 +116,16 @@ def _rich_table(table: Table, width: int) -> Iterator[RenderableType]:
     shown = table.rows[:_ROWS]
     cells = [[cell_text(c, x) for c, x in zip(table.columns, row, strict=True)] for row in shown]
     kept = _columns_that_fit(table.columns, cells, width)
-    rich_table = RichTable(
+    shown_table = RichTable(
         title=table.caption, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False
     )
     for i in kept:
         column = table.columns[i]
         heading = Text("\n".join([column.title, f"[{column.unit}]"] if column.unit else [column.title]))
-        rich_table.add_column(heading, justify="right" if column.numeric else "left", no_wrap=True)
+        shown_table.add_column(heading, justify="right" if column.numeric else "left", no_wrap=True)
     for number, row in enumerate(cells):
-        rich_table.add_row(*(Text(row[i]) for i in kept), style="yellow" if number in table.marked else "")
-    yield rich_table
+        shown_table.add_row(*(Text(row[i]) for i in kept), style="yellow" if number in table.marked else "")
+    yield shown_table
     notes = []
     if len(table.rows) > _ROWS:
         notes.append(f"… and {len(table.rows) - _ROWS} more")

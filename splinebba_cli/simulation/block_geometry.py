@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from splinebba_cli.core.network import FloatArray
+from splinebba_cli.core.camera.collinearity import project
+from splinebba_cli.core.camera.rotation import rotation_object_from_photo
+from splinebba_cli.core.network import BoolArray, FloatArray
 
 # Lee (2008), table 5.3: X0, Y0, Z0 (m), omega, phi, kappa (deg); legible in full
 LEE_TABLE_5_3 = np.array(
@@ -29,6 +31,31 @@ class BlockGeometry:
     principal_distance_mm: float
     format_mm: tuple[float, float]  # width, height
     origin: FloatArray  # (3,) of the local frame, metres
+
+    @property
+    def image_count(self) -> int:
+        """Number of images."""
+        return len(self.eop)
+
+    def photo_xy(self, image: int, xyz: FloatArray) -> FloatArray:
+        """Exact photo coordinates (n, 2) mm of points in one image, NaN behind the camera."""
+        rotation = rotation_object_from_photo(self.eop[image, :3])
+        return project(
+            np.full(len(xyz), self.principal_distance_mm),
+            np.broadcast_to(rotation, (len(xyz), 3, 3)),
+            self.eop[image, None, 3:],
+            xyz,
+        )
+
+    def inside_format(self, image: int, photo_xy: FloatArray) -> BoolArray:
+        """Whether photo coordinates lie inside the format, (n,)."""
+        return inside(self.format_mm, photo_xy)
+
+
+def inside(format_mm: tuple[float, float], photo_xy: FloatArray) -> BoolArray:
+    """Whether photo coordinates lie inside a format (width, height) about their origin, (n,)."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray((np.abs(photo_xy) <= 0.5 * np.asarray(format_mm)).all(axis=1))
 
 
 def six_image_block(format_mm: tuple[float, float] = (230.0, 230.0)) -> BlockGeometry:

@@ -1,6 +1,6 @@
 """Monte Carlo: do the errors of an adjustment follow the dispersion that it reports?
 
-Over seeded runs, with e = estimated - true and D the 6 x 6 dispersion of one image (a priori sigma0),
+Over seeded runs, with e = estimated - true and D the dispersion of some elements (a priori sigma0),
 
     e' D^-1 e               chi-square with one degree of freedom for each estimated element
     e_i / sqrt(D_ii)        standard normal: sum of squares over N runs is chi-square with N degrees of
@@ -8,62 +8,72 @@ Over seeded runs, with e = estimated - true and D the 6 x 6 dispersion of one im
 
 Every figure comes with the interval in which a correct program finds it with 99 % probability.  Images of a
 run are correlated: figures over all images use the degrees of freedom of one, which makes their interval
-wider than needed.
+wider than needed; the same holds for the places along a curve.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy.special import bdtr, chdtri
 
-from splinebba_cli.core.camera.rotation import wrap_angle
 from splinebba_cli.core.network import BoolArray, FloatArray, Network
 from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.errors import NotSolvableError
+from splinebba_cli.simulation.intervals import (
+    Figure,
+    binomial_interval,
+    mean_square_interval,
+    ratio_interval,
+    within_confidence,
+)
+from splinebba_cli.simulation.run_errors import reference_of_truth
+from splinebba_cli.simulation.run_record import Failure, RunRecord, failed_record, solved_record
 from splinebba_cli.simulation.truth import Truth
 
-CONFIDENCE = 0.99
+__all__ = ["Figure", "MonteCarloResult", "binomial_interval", "mean_square_interval", "run_monte_carlo"]
 
 MakeNetwork = Callable[[int], tuple[Network, Truth]]
 Adjust = Callable[[Network], AdjustmentResult]
 
 
 @dataclass(frozen=True)
-class Figure:
-    """A figure of many runs and the interval that a correct program keeps with 99 % probability."""
-
-    value: float
-    lower: float
-    upper: float
-
-    @property
-    def inside(self) -> bool:
-        """Whether the figure lies in its interval."""
-        return self.lower <= self.value <= self.upper
-
-
-@dataclass(frozen=True)
 class MonteCarloResult:
-    """Errors of the exterior orientations over N runs that were solved."""
+    """Errors over the N runs that were solved; NaN where nothing is estimated."""
 
     runs: int  # runs asked for
     failures: int  # runs without a solution
     errors: FloatArray  # (N, m, 6) omega, phi, kappa (rad), X0, Y0, Z0 (m); NaN: not estimated
     normalized: FloatArray  # (N, m, 6) errors over their predicted sigma
     squares: FloatArray  # (N, m) e' D^-1 e of each image
-    estimated: BoolArray  # (m, 6)
-    accepted: BoolArray  # (N,) global test
+    point_errors: FloatArray  # (N, n, 3) m
+    point_normalized: FloatArray  # (N, n, 3)
+    across: FloatArray  # (N, k, p, 2) errors of curves across, m: to the left, upwards
+    across_normalized: FloatArray  # (N, k, p, 2) over the semi-axes of the lateral standard ellipse
+    accepted: BoolArray  # (N,) global test, of the runs with redundancy
     sigma0: FloatArray  # (N,)
+    redundancy: FloatArray  # (N,)
     alpha: float  # of the global test
+    scaled: bool  # whether reported standard deviations are multiplied by sigma0
+
+    @property
+    def solved(self) -> int:
+        """Number of runs with a solution."""
+        return len(self.errors)
+
+    @property
+    def estimated(self) -> BoolArray:
+        """Which orientation elements are estimated, (m, 6)."""
+        return np.asarray(np.isfinite(self.errors).all(axis=0))
 
     @property
     def acceptance(self) -> Figure:
         """Share of accepted global tests; 1 - alpha is right."""
+        if not len(self.accepted):
+            return Figure(float("nan"), 0.0, 1.0)
         lower, upper = binomial_interval(len(self.accepted), 1.0 - self.alpha)
         return Figure(float(self.accepted.mean()), lower, upper)
 
@@ -71,7 +81,9 @@ class MonteCarloResult:
     def mean_square(self) -> Figure:
         """Mean squared normalised error of an orientation element, over all images; 1 is right."""
         freedom = self.estimated.sum(axis=1)
-        value = float(self.squares.sum() / (len(self.squares) * freedom.sum()))
+        if not freedom.any():
+            return Figure(float("nan"), 0.0, float("inf"))
+        value = float(np.nansum(self.squares) / (len(self.squares) * freedom.sum()))
         return Figure(value, *mean_square_interval(len(self.squares) * int(freedom[freedom > 0].min())))
 
     @property
@@ -91,24 +103,53 @@ class MonteCarloResult:
 
     def sigma_ratio_interval(self, simultaneous: bool = True) -> tuple[float, float]:
         """Interval of :attr:`sigma_ratio`, for all elements together (Bonferroni) or for a single one."""
-        elements = int(self.estimated.sum()) if simultaneous else 1
-        lower, upper = mean_square_interval(len(self.errors), 1.0 - (1.0 - CONFIDENCE) / max(elements, 1))
-        return float(np.sqrt(lower)), float(np.sqrt(upper))
+        return ratio_interval(len(self.errors), int(self.estimated.sum()) if simultaneous else 1)
+
+    def covered(self, squares: FloatArray, freedom: FloatArray | float, confidence: float) -> FloatArray:
+        """1 where the truth lies in the reported confidence region, 0 where not; NaN where there is none."""
+        factor = np.where(self.scaled & (self.redundancy > 0), self.sigma0, np.nan)
+        inside = within_confidence(squares, freedom, factor, self.redundancy, confidence)
+        return np.where(np.isfinite(squares), inside.astype(np.float64), np.nan)
 
 
-def mean_square_interval(freedom: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
-    """Two-sided interval of chi-square over its degrees of freedom."""
-    tail = 0.5 * (1.0 - confidence)
-    return float(chdtri(freedom, 1.0 - tail)) / freedom, float(chdtri(freedom, tail)) / freedom
+def summarize(records: Sequence[RunRecord], alpha: float, scaled: bool) -> MonteCarloResult:
+    """All solved runs as arrays.
 
+    Raises
+    ------
+    ValueError
+        If no run was solved.
+    """
+    ordered = sorted(records, key=lambda record: record.run)
+    solved = [(record, record.errors) for record in ordered if record.errors is not None]
+    if not solved:
+        raise ValueError(f"none of {len(records)} runs was solved")
+    errors = [each for _, each in solved]
 
-def binomial_interval(count: int, probability: float, confidence: float = CONFIDENCE) -> tuple[float, float]:
-    """Shares between which a binomial variable lies with at least the given probability."""
-    tail = 0.5 * (1.0 - confidence)
-    below = bdtr(np.arange(count + 1.0), count, probability)  # P(successes <= k)
-    lower = int(np.searchsorted(below, tail, side="right"))
-    upper = int(np.searchsorted(below, 1.0 - tail, side="left"))
-    return lower / count, min(upper, count) / count
+    def curves(name: str) -> FloatArray:
+        if not errors[0].curves:
+            return np.zeros((len(errors), 0, 0, 2))
+        return np.array([[getattr(curve, name) for curve in run.curves] for run in errors])
+
+    def stacked(name: str) -> FloatArray:
+        return np.array([getattr(run, name) for run in errors])
+
+    return MonteCarloResult(
+        runs=len(records),
+        failures=len(records) - len(solved),
+        errors=stacked("eop"),
+        normalized=stacked("eop_normalized"),
+        squares=stacked("image_squares"),
+        point_errors=stacked("points"),
+        point_normalized=stacked("points_normalized"),
+        across=curves("across"),
+        across_normalized=curves("normalized"),
+        accepted=np.array([r.accepted for r, _ in solved if r.accepted is not None], dtype=bool),
+        sigma0=np.array([r.sigma0 for r, _ in solved]),
+        redundancy=np.array([r.redundancy for r, _ in solved], dtype=np.float64),
+        alpha=alpha,
+        scaled=scaled,
+    )
 
 
 def run_monte_carlo(
@@ -135,69 +176,15 @@ def run_monte_carlo(
     seeds = range(seed, seed + runs)
     one = partial(_one_run, make_network, adjust)
     outcomes = list(map(one, seeds) if executor is None else executor.map(one, seeds))
-    solved = [outcome for outcome in outcomes if outcome is not None]
-    if not solved:
-        raise ValueError(f"none of {runs} runs was solved")
-    return MonteCarloResult(
-        runs=runs,
-        failures=runs - len(solved),
-        errors=np.array([run.errors for run in solved]),
-        normalized=np.array([run.normalized for run in solved]),
-        squares=np.array([run.squares for run in solved]),
-        estimated=solved[0].estimated,
-        accepted=np.array([run.accepted for run in solved], dtype=bool),
-        sigma0=np.array([run.sigma0 for run in solved]),
-        alpha=solved[0].alpha,
-    )
+    settings = make_network(seed)[0].settings
+    return summarize(outcomes, settings.alpha, settings.scale_dispersion)
 
 
-@dataclass(frozen=True)
-class _Run:
-    errors: FloatArray  # (m, 6)
-    normalized: FloatArray  # (m, 6)
-    squares: FloatArray  # (m,)
-    estimated: BoolArray  # (m, 6)
-    accepted: bool
-    sigma0: float
-    alpha: float
-
-
-def _one_run(make_network: MakeNetwork, adjust: Adjust, seed: int) -> _Run | None:
-    """Errors of one run; None where the adjustment found no solution."""
+def _one_run(make_network: MakeNetwork, adjust: Adjust, seed: int) -> RunRecord:
+    """The record of one run."""
     network, truth = make_network(seed)
     try:
         result = adjust(network)
-    except NotSolvableError:
-        return None
-    test = result.statistics.global_test
-    if test is None:
-        raise ValueError("a Monte Carlo run needs a network with redundancy")
-    images = result.images
-    errors = images.eop - truth.eop
-    errors[:, 3:] -= network.origin
-    errors[:, :3] = wrap_angle(errors[:, :3])
-    dispersion = _prior_dispersion(result)
-    squares = np.zeros(len(errors))
-    for i, free in enumerate(images.estimated):
-        if free.any():
-            e = errors[i, free]
-            squares[i] = e @ np.linalg.solve(dispersion[i][np.ix_(free, free)], e)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        normalized = errors / np.sqrt(np.diagonal(dispersion, axis1=1, axis2=2))
-    return _Run(
-        errors=np.where(images.estimated, errors, np.nan),
-        normalized=np.where(images.estimated, normalized, np.nan),
-        squares=squares,
-        estimated=images.estimated,
-        accepted=test.passed,
-        sigma0=result.statistics.sigma0,
-        alpha=test.alpha,
-    )
-
-
-def _prior_dispersion(result: AdjustmentResult) -> FloatArray:
-    """Dispersion of the orientations by the a priori sigma0, (m, 6, 6), free of the scatter of sigma0."""
-    statistics = result.statistics
-    if not result.network.settings.scale_dispersion:
-        return result.images.dispersion
-    return np.asarray(result.images.dispersion * (statistics.sigma0_prior / statistics.sigma0) ** 2)
+    except NotSolvableError as error:
+        return failed_record(seed, Failure(error.code, error.message))
+    return solved_record(seed, result, reference_of_truth(network, truth))

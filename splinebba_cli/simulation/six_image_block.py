@@ -12,7 +12,7 @@ import numpy as np
 
 from splinebba_cli.core.curves.basis import harmonic_row
 from splinebba_cli.core.network import FloatArray, Network, Settings
-from splinebba_cli.simulation.assembly import assemble
+from splinebba_cli.simulation.assembly import NOMINAL_SIGMA_MM, scene_design
 from splinebba_cli.simulation.block_geometry import BlockGeometry, four_images, six_image_block, strip
 from splinebba_cli.simulation.feature_geometry import (
     Feature,
@@ -27,7 +27,16 @@ from splinebba_cli.simulation.feature_geometry import (
     tie_spline,
 )
 from splinebba_cli.simulation.noise import Noise
+from splinebba_cli.simulation.realization import Design, realize
 from splinebba_cli.simulation.truth import Truth
+
+KINDS: dict[str, str] = {
+    "six-image": "Lee's six images (table 5.3): control, partial control and tie splines of several segments",
+    "six-image-mixed": "the same images: control, tie and check points with partial, tie and check splines",
+    "six-image-singular": "the same images and one control segment (table 5.7): cannot be determined",
+    "circle-three-ways": "one circle in four images, measured as a circle, a closed natural spline and a Fourier curve",
+    "strip": "five images with observed orientations, control, ties; coordinates of millions of metres",
+}
 
 # Lee (2008), second segment of the spline of tables 5.4 and 5.7: a0..a3, b0..b3, c0..c3 as columns X, Y, Z
 LEE_SEGMENT = np.array(
@@ -45,7 +54,6 @@ class Scene:
     points_per_curve: int  # measured points for every curve and image that sees it
     eop_sigma: FloatArray | None = None  # (6,) of observed exterior orientations (rad, m); None: not observed
     settings: Settings = field(default_factory=Settings)
-    most_start_knots_m: float = np.inf  # bound of the errors of approximate knots, for small curves
 
 
 def simulate_block(
@@ -80,15 +88,27 @@ def simulate_block(
     KeyError
         If the kind is unknown; names the known ones.
     """
+    angle = float(np.radians(start_angle_deg))
+    noise = Noise(1e-3 * noise_um, start_position_m, angle, start_knots_m)
+    made = realize(kind_design(kind, noise.image_mm or NOMINAL_SIGMA_MM), noise, seed)
+    return made.network, made.truth
+
+
+def kind_design(kind: str, sigma_mm: float) -> Design:
+    """The design of a kind of block; `sigma_mm` is stated for all measured coordinates.
+
+    Raises
+    ------
+    KeyError
+        If the kind is unknown; names the known ones.
+    """
     if kind not in SCENES:
         raise KeyError(f"unknown kind of block {kind!r}; known are {', '.join(SCENES)}")
     scene = SCENES[kind]()
-    start_knots_m = min(start_knots_m, scene.most_start_knots_m)
-    noise = Noise(1e-3 * noise_um, start_position_m, float(np.radians(start_angle_deg)), start_knots_m)
-    network, truth = assemble(
-        scene.block, scene.features, scene.points, scene.points_per_curve, scene.eop_sigma, noise, seed
+    design = scene_design(
+        scene.block, scene.features, scene.points, scene.points_per_curve, scene.eop_sigma, sigma_mm
     )
-    return replace(network, settings=scene.settings), truth
+    return replace(design, network=replace(design.network, settings=scene.settings))
 
 
 # every free feature lies where at least two images see it; the lake in the overlap of both strips
@@ -175,7 +195,7 @@ def _circle_three_ways() -> Scene:
     points = scattered_points((-160.0, -160.0, 160.0, 160.0), control, 25, 3, 0.01)
     # knots of a spline slide freely along a circle: all of its conditions are needed
     settings = Settings(gauge_conditions="all")
-    return Scene(four_images(), features, points, 40, settings=settings, most_start_knots_m=0.5)
+    return Scene(four_images(), features, points, 40, settings=settings)
 
 
 SCENES: dict[str, Callable[[], Scene]] = {

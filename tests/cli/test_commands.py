@@ -218,7 +218,7 @@ def test_simulate(tmp_path: Path) -> None:
     assert run("simulate", "strip", "-o", tmp_path / "x", "--force").exit_code == 0
 
 
-@pytest.mark.parametrize("which", ["project", "result"])
+@pytest.mark.parametrize("which", ["project", "result", "campaign"])
 def test_schema(which: str) -> None:
     assert json.loads(run("schema", which).stdout)["$id"].endswith(f"/{which}.schema.json")
 

@@ -11,6 +11,8 @@ import pytest
 
 from splinebba_cli.core.network import FloatArray, Network
 from splinebba_cli.errors import NotConvergedError
+from splinebba_cli.simulation.campaign_statistics import all_elements, kind_statistics
+from splinebba_cli.simulation.intervals import estimated_share, within_confidence
 from splinebba_cli.simulation.monte_carlo import (
     MonteCarloResult,
     binomial_interval,
@@ -21,7 +23,9 @@ from splinebba_cli.simulation.six_image_block import simulate_block
 from splinebba_cli.simulation.truth import Truth
 
 FREEDOM = 200
-NETWORK, TRUTH = simulate_block("strip")
+BLOCK, TRUE_BLOCK = simulate_block("strip")
+NETWORK = replace(BLOCK, curves=(), points=replace(BLOCK.points, ids=(), role=()))  # its orientations alone
+TRUTH = replace(TRUE_BLOCK, curves=(), points=np.zeros((0, 3)))
 
 
 def correlated(m: int) -> FloatArray:
@@ -60,8 +64,14 @@ class FakeAdjustment:
         return SimpleNamespace(
             network=network,
             images=SimpleNamespace(eop=eop, dispersion=reported, estimated=estimated),
+            points=SimpleNamespace(xyz=np.zeros((0, 3)), dispersion=np.zeros((0, 3, 3))),
+            curves=(),
+            iterations=(),
             statistics=SimpleNamespace(
-                sigma0=sigma0, sigma0_prior=1.0, global_test=SimpleNamespace(passed=passed, alpha=0.05)
+                sigma0=sigma0,
+                sigma0_prior=1.0,
+                redundancy=FREEDOM,
+                global_test=SimpleNamespace(passed=passed, alpha=0.05),
             ),
         )
 
@@ -94,6 +104,35 @@ def test_runs_without_solution_are_counted() -> None:
     assert (result.runs, result.failures, len(result.errors)) == (8, 1, 7)
     with pytest.raises(ValueError, match="none of 1 runs"):
         run(FakeAdjustment(fail_seed=100), runs=1)
+
+
+@pytest.mark.parametrize(("factor", "right"), [(1.0, True), (0.8, False), (1.25, False)])
+def test_coverage_is_that_of_the_confidence_only_where_the_dispersion_is_right(
+    factor: float, right: bool
+) -> None:
+    """5 images, 6 elements of 200 runs; 0.8 and 1.25 times the σ cover 88 % and 98.6 %."""
+    result = run(FakeAdjustment(factor))
+    elements = [each for image in all_elements(result, "eop", 0.95) for each in image if each is not None]
+    kind = kind_statistics(elements, result, 0.95)
+    assert kind is not None and kind.elements == 30
+    assert kind.coverage.inside is right, kind.coverage
+
+
+def test_confidence_regions_of_scaled_dispersions_follow_f() -> None:
+    """5 %, 95 % table values of F(2, 10) = 4.103 and chi-square(2) = 5.991."""
+    squares = np.array([2.0 * 4.10 * 1.5**2, 2.0 * 4.11 * 1.5**2])
+    scaled, many = np.array([1.5, 1.5]), np.array([10.0, 10.0])
+    assert within_confidence(squares, 2.0, scaled, many, 0.95).tolist() == [True, False]
+    unscaled = np.array([np.nan, np.nan])
+    assert within_confidence(np.array([5.99, 6.0]), 2.0, unscaled, many, 0.95).tolist() == [True, False]
+
+
+def test_interval_of_an_estimated_share() -> None:
+    """Clopper-Pearson: no success in n runs gives 1 - (0.005)^(1/n); the interval of k holds k/n."""
+    assert estimated_share(0, 20).upper == pytest.approx(1.0 - 0.005 ** (1 / 20))
+    assert estimated_share(20, 20).lower == pytest.approx(0.005 ** (1 / 20))
+    half = estimated_share(10, 20)
+    assert half.lower < 0.5 < half.upper and half.lower + half.upper == pytest.approx(1.0)
 
 
 def test_chi_square_interval() -> None:

@@ -19,6 +19,7 @@ import pytest
 
 from splinebba_cli.core.adjustment import adjust
 from splinebba_cli.core.camera.rotation import wrap_angle
+from splinebba_cli.simulation.campaign_statistics import all_elements, all_splines, kind_statistics
 from splinebba_cli.simulation.monte_carlo import MonteCarloResult, run_monte_carlo
 from splinebba_cli.simulation.six_image_block import SCENES, simulate_block
 
@@ -86,6 +87,40 @@ def test_the_mean_variance_of_unit_weight_is_one(kind: str) -> None:
     redundancy = adjust(simulate_block(kind, 1)[0]).statistics.redundancy
     spread = np.sqrt(2.0 / (redundancy * len(result.sigma0)))
     assert abs(np.mean(result.sigma0**2) - 1.0) < 2.58 * spread
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_confidence_intervals_cover_their_share(kind: str) -> None:
+    """95 % intervals of orientation elements and points, 95 % ellipses across curves; pooled over a run.
+
+    The binomial interval is that of one element; pooled elements, though correlated, stay within it with at least
+    99 % probability for each of the (up to) three kinds.
+    """
+    result = runs_of(kind)
+    orientations = [each for image in all_elements(result, "eop", 0.95) for each in image]
+    points = [each for point in all_elements(result, "points", 0.95) for each in point]
+    for items in (orientations, points, all_splines(result, 0.95)):
+        found = kind_statistics(items, result, 0.95)
+        if found is not None:
+            assert found.coverage.inside, found
+    assert sum(each is not None for each in all_splines(result, 0.95)) >= 3
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_curves_scatter_across_as_predicted_and_are_not_biased(kind: str) -> None:
+    """99 % for the ratio of each of up to five curves; for up to five curves, 14 places and two directions each
+    |mean| sqrt(N) / σ below the normal quantile of 1 - 0.005 / 140.  The free ends are biased in second order, see
+    docs/simulation.md.
+    """
+    result = runs_of(kind)
+    for each in all_splines(result, 0.95):
+        assert each is None or each.ratio.inside, each
+    across = result.across[:, :, 1:-1]
+    own = np.isfinite(across).all(axis=0)
+    with np.errstate(invalid="ignore"):
+        single = across.mean(axis=0) / across.std(axis=0, ddof=1) * np.sqrt(len(across))
+    assert own.sum() > 80
+    assert np.abs(single[own]).max() < 3.97, single
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])

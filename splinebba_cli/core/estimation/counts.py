@@ -15,5 +15,7 @@ def count_equations(assembler: Assembler, at: Linearization) -> int:
     points = int(np.count_nonzero(assembler.point_inverse_sigma > 0.0))
     values = int(np.count_nonzero(assembler.coefficient_rows.component != GAUGE))
     return (
-        2 * len(network.point_observations) + 2 * len(network.curve_observations) + priors + points + values
-    )
+        2 * len(network.point_observations) + 2 * len(network.curve_observations)
+        + len(network.arc_lengths) + len(network.tangents)
+        + priors + points + values
+    )  # fmt: skip

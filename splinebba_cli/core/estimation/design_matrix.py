@@ -46,6 +46,7 @@ def design_matrix(
     width = reduced + 3 * len(network.points.ids)
     parts = [
         _curve_part(assembler, at, width),
+        *_linked_parts(at, width),
         _point_part(assembler, at, width, reduced),
         _prior_part(assembler, at, width, reduced),
         _coefficient_part(assembler, at, width, coefficient_rows),
@@ -66,6 +67,18 @@ def _curve_part(assembler: Assembler, at: Linearization, width: int) -> FloatArr
         rows[line, 6 * at.curve.image[:, None] + np.arange(size)] = at.curve_jacobian[:, :size]
         np.add.at(rows, (line, place), at.curve_jacobian[:, size:-1])
     return rows
+
+
+def _linked_parts(at: Linearization, width: int) -> list[FloatArray]:
+    """Rows of the chains, their locations eliminated."""
+    parts = []
+    for window in at.linked_windows:
+        kept = window.masked(window.batch.eliminated.kept)
+        rows = np.zeros((*kept.shape[:2], width))
+        chain, line = np.ogrid[: kept.shape[0], : kept.shape[1]]
+        np.add.at(rows, (chain[:, :, None], line[:, :, None], window.unknowns[:, None, :]), kept)
+        parts.append(rows.reshape(-1, width))
+    return parts
 
 
 def _point_part(assembler: Assembler, at: Linearization, width: int, reduced: int) -> FloatArray:

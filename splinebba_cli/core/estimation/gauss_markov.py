@@ -57,8 +57,7 @@ class Solution:
     @property
     def held(self) -> IntArray:
         """Measured points whose location is held at its bound."""
-        rows = self.linearization.curve
-        return rows.point[len(rows.speed) :]
+        return self.linearization.held
 
 
 @dataclass(frozen=True)

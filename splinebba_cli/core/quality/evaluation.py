@@ -21,9 +21,17 @@ from splinebba_cli.core.quality.curve_results import curve_results
 from splinebba_cli.core.quality.findings import findings
 from splinebba_cli.core.quality.full_dispersion import dispersion_blocks
 from splinebba_cli.core.quality.global_test import global_test
+from splinebba_cli.core.quality.linked_cofactors import linked_cofactors
+from splinebba_cli.core.quality.location_precision import location_cofactors
 from splinebba_cli.core.quality.orientation_dispersion import eop_dispersion, eop_values
 from splinebba_cli.core.quality.redundancy import RedundancyNumbers, redundancy_numbers
-from splinebba_cli.core.quality.residual_tables import curve_table, point_table, prior_residuals
+from splinebba_cli.core.quality.residual_tables import (
+    arc_table,
+    curve_table,
+    point_table,
+    prior_residuals,
+    tangent_table,
+)
 from splinebba_cli.core.result import (
     AdjustmentResult,
     Checks,
@@ -53,11 +61,13 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
     prepared, solved = adjusted.prepared, adjusted.solved
     network, solution = prepared.network, solved.solution
     cofactors = Cofactors(solved.assembler, solution)
-    numbers = redundancy_numbers(cofactors)
+    linked = linked_cofactors(cofactors)
+    numbers = redundancy_numbers(cofactors, linked)
     statistics = _statistics(prepared, solved, numbers)
     scale = dispersion_scale(network, statistics)
     samples = curve_samples(cofactors, scale)
-    residuals = curve_table(prepared, solved, numbers)
+    locations = np.sqrt(np.maximum(location_cofactors(cofactors, linked) * scale, 0.0))
+    residuals = curve_table(prepared, solved, numbers, locations)
     curves = curve_results(cofactors, samples, residuals, scale)
     state = solution.state
     points = cofactors.points.own * scale
@@ -86,6 +96,8 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
         ),
         point_residuals=point_table(prepared, solved, numbers),
         curve_residuals=residuals,
+        arc_residuals=arc_table(prepared, solved, numbers),
+        tangent_residuals=tangent_table(prepared, solved, numbers),
         prior_residuals=prior_residuals(prepared, solved, numbers),
         checks=checks,
         problems=adjusted.problems,

@@ -23,9 +23,18 @@ from splinebba_cli.core.observations.orientation_priors import linearize_orienta
 from splinebba_cli.core.observations.shape_conditions import shape_rows
 from splinebba_cli.core.state import Prepared, prepare
 from tests.core.observations import complex_step
+from tests.core.observations.linked_case import LINKED
 from tests.core.observations.random_network import Case, random_case
 
-NO_OBSERVATIONS = {"locations", "second_order_rows"}  # modules that are no kind of observation
+NO_OBSERVATIONS = {
+    "along_curve",
+    "chain_elimination",
+    "curve_kinematics",
+    "linked_locations",
+    "linked_points",
+    "locations",
+    "second_order_rows",
+}  # modules that are no kind of observation
 Compared = Iterator[tuple[FloatArray, FloatArray]]
 
 
@@ -262,6 +271,7 @@ KINDS: dict[str, Callable[[], Compared]] = {
     "orientation_priors": orientation_priors,
     "coefficient_rows": coefficient_rows,
     "shape_conditions": shape_conditions,
+    **LINKED,
 }
 
 
