@@ -16,11 +16,13 @@ from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.estimation.rank_diagnosis import null_space
 from splinebba_cli.core.network import IntArray, Network
-from splinebba_cli.core.observations.locations import held_locations, search_locations
+from splinebba_cli.core.observations.locations import held_locations, refine_locations, search_locations
 from splinebba_cli.core.observations.shape_conditions import control_rows
 from splinebba_cli.core.quality.null_problems import null_problems
 from splinebba_cli.core.result import Problem
 from splinebba_cli.core.state import prepare
+
+FOOT_POINT_STEPS = 200
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,8 @@ def budget(network: Network) -> Budget:
     """
     prepared = prepare(network)
     state, problems = starting_state(prepared)
-    state = search_locations(prepared, state)
+    # far from the curve foot points converge slowly, and a place that is none would count an equation along the curve
+    state = refine_locations(prepared, search_locations(prepared, state), FOOT_POINT_STEPS)
     layout = layout_of(prepared)
     assembler = Assembler(prepared, layout, control_rows(prepared, layout.coefficient_mask))
     held = held_locations(prepared, state.location)

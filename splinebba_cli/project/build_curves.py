@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from splinebba_cli.core.curves.given_shape import given_points
 from splinebba_cli.core.curves.registry import FAMILIES
 from splinebba_cli.core.network import BoolArray, Curve, FloatArray, IntArray
 from splinebba_cli.project.build_context import Building
@@ -155,8 +156,6 @@ def _add(
     seen[entry.id] = place
     sigma = _with_held(entry, sigma.copy(), path, building)
     check_values = _further(entry, "check_values", path, building)
-    if entry.role == "check" and check_values is None:
-        check_values = values.copy()
     curve = Curve(
         id=entry.id,
         role=entry.role,
@@ -174,6 +173,8 @@ def _add(
         check_values=check_values,
     )
     if check_curve(curve, place, path, building):
+        if entry.role == "check" and check_values is None:
+            curve = replace(curve, check_values=given_points(curve))
         free = entry.role in ("tie", "partial", "check")
         curve = replace(curve, sigma=np.where(np.isnan(sigma), math.inf if free else 0.0, sigma))
         rows.curves.append(curve)

@@ -107,7 +107,8 @@ class Spline(SplineOptions):
         description="Reference values of the gauge conditions, m; default: the approximate knots.",
     )
     check_values: KnotRows | None = Field(
-        default=None, description="Given points along a check spline, m, to compare with; default: its knots."
+        default=None,
+        description="Given points along a check spline, m, to compare with; default: its knots, or its given shape.",
     )
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from splinebba_cli.core.network import (
+    BoolArray,
     Camera,
     Curve,
     FloatArray,
@@ -62,6 +63,7 @@ def scene_design(
     shapes = [feature.shape() for feature in features]
     places = np.random.default_rng(PLACES_SEED)
     curve_seen, locations = measure_curves(block, shapes, points_per_curve, places)
+    locations = np.where(_approximates(features)[curve_seen.curve], np.nan, locations)
     points = _seen_twice(block, points)
     point_seen = measure_points(block, points.xyz)
     network = Network(
@@ -74,6 +76,11 @@ def scene_design(
         curve_observations=replace(curve_seen, sigma=np.full_like(curve_seen.photo_xy, sigma_mm)),
     )
     return Design(network, Truth(block.eop, tuple(f.values for f in features), points.xyz, locations))
+
+
+def _approximates(features: tuple[Feature, ...]) -> BoolArray:
+    """Whether the adjusted curve is not the true one, so that places on that are none on this, (curves,)."""
+    return np.array([feature.really is not None for feature in features], dtype=bool)
 
 
 def _seen_twice(block: BlockGeometry, points: PointFeatures) -> PointFeatures:

@@ -194,7 +194,8 @@ def _circle_three_ways() -> Scene:
     control = np.array([[-140.0, -130.0], [150.0, -140.0], [140.0, 150.0], [-150.0, 140.0], [0.0, 10.0]])
     points = scattered_points((-160.0, -160.0, 160.0, 160.0), control, 25, 3, 0.01)
     # knots of a spline slide freely along a circle: all of its conditions are needed
-    return Scene(four_images(), features, points, 40, settings=Settings(gauge_conditions="all"))
+    settings = Settings(gauge_conditions="all")
+    return Scene(four_images(), features, points, 40, settings=settings)
 
 
 SCENES: dict[str, Callable[[], Scene]] = {

@@ -8,7 +8,7 @@ import numpy as np
 
 from splinebba_cli.core.camera.rotation import rotation_object_from_photo
 from splinebba_cli.core.curves.basis import CurveBasis
-from splinebba_cli.core.curves.registry import basis_of
+from splinebba_cli.core.curves.registry import FAMILIES, basis_of
 from splinebba_cli.core.network import Curve, FloatArray, Network, RotationSequence
 from splinebba_cli.core.state import Prepared, State
 
@@ -22,7 +22,7 @@ class Truth:
     eop: FloatArray  # (m, 6) omega, phi, kappa (rad), X0, Y0, Z0 (m, local frame)
     curves: tuple[FloatArray, ...]  # values of each curve: (k, 3) knots of a spline, metres
     points: FloatArray  # (n, 3) metres
-    locations: FloatArray  # (q,) u of every point measured on a curve
+    locations: FloatArray  # (q,) u of every measured point; NaN where the family only approximates it
     sequence: tuple[RotationSequence, ...] = ()  # (m,) of the angles; empty: omega-phi-kappa
 
     @property
@@ -77,7 +77,7 @@ def shape_of(curve: Curve, values: FloatArray) -> Shape:
 
 def with_fixed_parameters(curve: Curve, values: FloatArray) -> Curve:
     """The curve with the knot parameters of `values` written out: wrong starts do not change the family of curves."""
-    if curve.family != "natural_cubic" or curve.knot_parameters is not None:
+    if not FAMILIES[curve.family].keeps_parameters or curve.knot_parameters is not None:
         return curve
     if curve.parameterization == "uniform":
         return curve

@@ -49,7 +49,7 @@ def truth_content(network: Network, truth: Truth, simulation: Mapping[str, Any])
             {"id": id, **dict(zip("xyz", row, strict=True))}
             for id, row in zip(network.points.ids, (truth.points + network.origin).tolist(), strict=True)
         ],
-        "locations": truth.locations.tolist(),
+        "locations": [None if np.isnan(u) else u for u in truth.locations.tolist()],
     }
 
 

@@ -15,7 +15,7 @@ from splinebba_cli.project.adjusted import adjusted_project
 from splinebba_cli.project.diagnostics import Diagnostic
 from splinebba_cli.project.loading import load_project
 from splinebba_cli.project.writer import write_project
-from tests.core.family_features import ALL
+from tests.core.family_features import ALL, with_options
 from tests.core.free_curves import block_with
 from tests.project.project_text import changed, written
 
@@ -156,3 +156,22 @@ def test_adjusting_the_adjusted_project_changes_nothing(network: Network, tmp_pa
         spread = max(yours.sigma_across_max, 1e-4)
         assert np.abs(mine.sample_xyz - yours.sample_xyz).max() < 20.0 * spread, curve.id
         assert mine.sigma_across_mean == pytest.approx(yours.sigma_across_mean, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    "name", ["circle", "fourier", "cubics-3-1", "bspline_2", "cardinal", "bspline_3-closed"]
+)
+def test_check_splines_are_compared_with_their_given_shape(name: str, tmp_path: Path) -> None:
+    """Without `check_values` points along the shape of the given rows, which need not be points themselves."""
+    feature = next(one for one in ALL if one.id == name)
+    network, truth = block_with(
+        with_options(feature, role="check"), fixed=True, noise_um=0.0, at_the_truth=True
+    )
+    given = replace(network.curves[0], values=truth.curves[0], check_values=None)
+    path = write_project(replace(network, curves=(given,)), tmp_path, name="check")
+    loaded = load_project(path).network
+    assert loaded.curves[0].check_values is not None
+    for one in (loaded, replace(network, curves=(given,))):
+        (check,) = adjust(one).checks.splines
+        assert np.isfinite(check.distance).sum() >= 3
+        assert check.largest < 1e-6

@@ -13,6 +13,9 @@ from splinebba_cli.simulation.catalogue import KINDS
 from splinebba_cli.simulation.six_image_block import SCENES, simulate_block
 from splinebba_cli.simulation.truth import Truth, at_truth
 
+EXACT = [
+    kind for kind in SCENES if kind != "circle-three-ways"
+]  # one of its curves only approximates the truth
 DETERMINED = [kind for kind in SCENES if kind != "six-image-singular"]
 
 
@@ -40,7 +43,7 @@ def residuals(network: Network) -> FloatArray:
     )
 
 
-@pytest.mark.parametrize("kind", SCENES)
+@pytest.mark.parametrize("kind", EXACT)
 def test_without_noise_the_truth_fits_exactly(kind: str) -> None:
     network, truth = simulate_block(kind, seed=3, noise_um=0.0)
     assert np.abs(residuals(at_truth(network, truth))).max() < 1e-11
@@ -52,7 +55,7 @@ def test_without_noise_the_truth_fits_exactly(kind: str) -> None:
     assert (network.curve_observations.sigma == 0.005).all()
 
 
-@pytest.mark.parametrize("kind", SCENES)
+@pytest.mark.parametrize("kind", EXACT)
 def test_noise_has_the_stated_size(kind: str) -> None:
     network, truth = simulate_block(kind, seed=4, noise_um=8.0)
     ratio = residuals(at_truth(network, truth)) / 0.008
@@ -97,7 +100,7 @@ def test_starts_stay_within_their_limits() -> None:
     assert 1.0 < np.abs(knots[free]).max() <= 2.0
 
 
-@pytest.mark.parametrize("kind", SCENES)
+@pytest.mark.parametrize("kind", EXACT)
 def test_every_image_measures_at_its_own_places_inside_the_format(kind: str) -> None:
     network, truth = simulate_block(kind, noise_um=0.0)
     half = 0.5 * np.array(network.cameras[0].format_mm)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from splinebba_cli.core.curves.given_shape import given_points
 from splinebba_cli.core.curves.nearest import nearest_on_curve
 from splinebba_cli.core.network import FloatArray, Network
 from splinebba_cli.core.result import CheckPoint, CheckSpline
@@ -35,7 +36,7 @@ def check_splines(prepared: Prepared, state: State, sigma_across: FloatArray) ->
     for k, curve in enumerate(prepared.network.curves):
         if curve.role != "check":
             continue
-        given = curve.check_values if curve.check_values is not None else curve.values
+        given = curve.check_values if curve.check_values is not None else given_points(curve)
         start, stop = prepared.curves.coefficient_start[k], prepared.curves.coefficient_start[k + 1]
         basis = prepared.curves.bases[k]
         u, distance = nearest_on_curve(basis, state.coefficients[start:stop], given)
