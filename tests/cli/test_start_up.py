@@ -15,7 +15,8 @@ def run(code: str) -> str:
 
 
 @pytest.mark.parametrize(
-    "arguments", [["--help"], ["adjust", "--help"], ["simulate", "--help"], ["--version"], ["explain", "SBB301"]]
+    "arguments",
+    [["--help"], ["adjust", "--help"], ["simulate", "--help"], ["--version"], ["explain", "SBB301"]],
 )
 def test_help_imports_nothing_heavy(arguments: list[str]) -> None:
     code = (
