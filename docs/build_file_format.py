@@ -15,7 +15,8 @@ INTRODUCTION = Path(__file__).with_name("file-format.intro.md")
 ORDER = (
     "ProjectInfo", "Camera", "Distortion", "Affinity", "Image", "Orientation", "PriorOrientation",
     "OrientationSigma", "ImageTable", "Spline", "Held", "NumberTable", "SplineTable", "Point", "PointTable",
-    "Observations", "SplineGroup", "PointGroup", "Adjustment", "Knots", "Acceptance", "Simulation",
+    "Observations", "SplineGroup", "PointGroup", "ArcLengthGroup", "TangentGroup",
+    "Adjustment", "Knots", "Acceptance", "Simulation",
 )  # fmt: skip
 
 Schema = dict[str, Any]

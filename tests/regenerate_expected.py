@@ -37,6 +37,7 @@ class Sample:
     seed: int
     exit_code: int
     acceptance: str = ""
+    nullity: int = 0  # of the measurements and priors alone
 
     @property
     def folder(self) -> Path:
@@ -55,6 +56,7 @@ SAMPLES = (
     Sample(
         "six_image_mixed", "six-image-mixed", 1, 0, "acceptance: {global_test: true, max_check_rmse_m: 0.1}"
     ),
+    Sample("circle_three_ways", "circle-three-ways", 1, 0, "acceptance: {global_test: true}", nullity=2),
     Sample("table_5_7_one_control_segment", "six-image-singular", 1, 3),
 )
 

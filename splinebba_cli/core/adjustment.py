@@ -18,9 +18,10 @@ from splinebba_cli.core.estimation.datum import minimal_datum
 from splinebba_cli.core.estimation.gauss_markov import Observer
 from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.estimation.parameters import ParameterLayout, layout_of
-from splinebba_cli.core.network import CurveObservations, KnotPolicy, Network
-from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows, value_rows
+from splinebba_cli.core.network import ArcLengths, CurveObservations, KnotPolicy, Network, Tangents
+from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
 from splinebba_cli.core.observations.locations import held_locations, search_locations
+from splinebba_cli.core.observations.shape_conditions import control_rows
 from splinebba_cli.core.quality.determinacy import require_determined, require_rank
 from splinebba_cli.core.quality.evaluation import Adjusted, evaluate
 from splinebba_cli.core.result import AdjustmentResult, Iteration, Problem
@@ -100,7 +101,13 @@ def points_only(network: Network) -> Network:
     """The network without its curves."""
     none = np.zeros(0, dtype=np.int64)
     empty = CurveObservations(none, none, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), none)
-    return replace(network, curves=(), curve_observations=empty)
+    return replace(
+        network,
+        curves=(),
+        curve_observations=empty,
+        arc_lengths=ArcLengths.none(),
+        tangents=Tangents.none(),
+    )
 
 
 def _solve(
@@ -109,7 +116,7 @@ def _solve(
     """Solve one stage; knots that the program spaces itself keep all their conditions."""
     settings = prepared.network.settings
     layout = _layout(prepared, state)
-    control = value_rows(prepared, layout.coefficient_mask)
+    control = control_rows(prepared, layout.coefficient_mask)
     gauge = gauge_rows(prepared, layout.coefficient_mask, settings.gauge_sigma_m)
     return solve_with_conditions(
         prepared, layout, control, gauge, state,
@@ -145,7 +152,7 @@ def _require_rank(prepared: Prepared, state: State) -> None:
     """Refuse at the start what no iteration can solve."""
     layout = _layout(prepared, state)
     rows = [
-        value_rows(prepared, layout.coefficient_mask),
+        control_rows(prepared, layout.coefficient_mask),
         gauge_rows(prepared, layout.coefficient_mask, prepared.network.settings.gauge_sigma_m),
     ]
     assembler = Assembler(prepared, layout, concatenate_rows(rows, prepared.curves.support))

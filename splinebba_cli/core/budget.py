@@ -16,8 +16,8 @@ from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.estimation.rank_diagnosis import null_space
 from splinebba_cli.core.network import IntArray, Network
-from splinebba_cli.core.observations.coefficient_rows import value_rows
 from splinebba_cli.core.observations.locations import held_locations, search_locations
+from splinebba_cli.core.observations.shape_conditions import control_rows
 from splinebba_cli.core.quality.null_problems import null_problems
 from splinebba_cli.core.result import Problem
 from splinebba_cli.core.state import prepare
@@ -72,7 +72,7 @@ def budget(network: Network) -> Budget:
     state, problems = starting_state(prepared)
     state = search_locations(prepared, state)
     layout = layout_of(prepared)
-    assembler = Assembler(prepared, layout, value_rows(prepared, layout.coefficient_mask))
+    assembler = Assembler(prepared, layout, control_rows(prepared, layout.coefficient_mask))
     held = held_locations(prepared, state.location)
     at = assembler.linearize(state, held)
     equations = count_equations(assembler, at)

@@ -80,8 +80,9 @@ class Points:
 class Curve:
     """One linear feature by the values people give: rows of three numbers.
 
-    What a row of ``values`` is belongs to the family: the knot for natural splines, an end point for a straight
-    line, the coefficient vector of one power of t (Lee's a0..a3) for polynomials and free cubic segments.
+    What a row of ``values`` is belongs to the family: a knot for natural and cardinal splines, a control point for
+    B-splines, an end point for a straight line, the coefficient vector of one power of t (Lee's a0..a3 of every
+    segment) for polynomials, the centre and the vectors of cos and sin for conics and Fourier curves.
     """
 
     id: str
@@ -90,11 +91,16 @@ class Curve:
     values: FloatArray  # (k, 3) approximate (or given) values
     sigma: FloatArray  # (k, 3) prior sigma of the values: 0 fixed (held), inf free
     closed: bool = False
-    knot_parameters: FloatArray | None = None  # (k,) or (k+1,) if closed; None: by `parameterization`
+    knot_parameters: FloatArray | None = (
+        None  # one more than segments; None: by `parameterization`; conic: the arc
+    )
     parameterization: Literal["uniform", "chord_length"] = "chord_length"
     breaks: tuple[int, ...] = ()  # knots at which the curve has a corner (C0)
     reference: FloatArray | None = None  # (k, 3) reference values of the gauge conditions; None: `values`
     check_values: FloatArray | None = None  # (q, 3) given shape of a check spline (points along it)
+    continuity: int = -1  # of the segments of a polynomial: -1 none, 0 C0, 1 C1, 2 C2
+    natural_ends: bool = False  # X'' = 0 at both ends of a C2 polynomial of degree 3
+    tension: float = 0.0  # of a cardinal spline, [-1, 1); 0: Catmull-Rom
 
 
 @dataclass(frozen=True)
@@ -130,6 +136,54 @@ class PointObservations:
 
 
 @dataclass(frozen=True)
+class ArcLengths:
+    """Lengths of projected curves in the image, between two measured points of one image and one curve (Lee 3.4).
+
+    A measured point may end one arc and begin another, so that arcs make chains.
+    """
+
+    first: IntArray  # (q,) measured curve points
+    second: IntArray  # (q,)
+    length: FloatArray  # (q,) mm, as measured
+    sigma: FloatArray  # (q,) mm
+    simpson: BoolArray  # (q,) one Simpson step (Lee 3.38), else Gauss-Legendre, split at joints
+    group: IntArray | None = None  # (q,) index into group_names, None: one group
+    group_names: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.first)
+
+    @classmethod
+    def none(cls) -> ArcLengths:
+        """No arc lengths."""
+        return cls(_no_indices(), _no_indices(), np.zeros(0), np.zeros(0), np.zeros(0, dtype=bool))
+
+
+@dataclass(frozen=True)
+class Tangents:
+    """Directions of projected curves in the image, at measured points; at most one a point (Lee 3.5)."""
+
+    point: IntArray  # (q,) measured curve point
+    direction: FloatArray  # (q,) rad, from the x axis of the photo frame towards its y axis, as measured
+    sigma: FloatArray  # (q,) rad
+    directed: BoolArray  # (q,) has the sense of ascending locations; else known up to half a turn
+    group: IntArray | None = None  # (q,) index into group_names, None: one group
+    group_names: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.point)
+
+    @classmethod
+    def none(cls) -> Tangents:
+        """No tangents."""
+        return cls(_no_indices(), np.zeros(0), np.zeros(0), np.zeros(0, dtype=bool))
+
+
+def _no_indices() -> IntArray:
+    return np.zeros(0, dtype=np.int64)
+
+
+@dataclass(frozen=True)
 class KnotPolicy:
     """What the program may do with the knots of tie splines (theory: knots follow need)."""
 
@@ -146,7 +200,7 @@ class Settings:
     sigma0_prior: float = 1.0
     alpha: float = 0.05
     max_iterations: int = 50
-    gauge_sigma_m: float | None = None  # None: a tenth of the mean knot distance
+    gauge_sigma_m: float | None = None  # None: a share of the mean knot distance, by family
     gauge_conditions: Literal["needed", "all"] = "needed"  # which stay in the last solution
     scale_dispersion: bool = True  # multiply the dispersion by the estimated variance of unit weight
     staged: bool = True  # orientation from points first, then curves, then all together
@@ -165,3 +219,5 @@ class Network:
     point_observations: PointObservations
     curve_observations: CurveObservations
     settings: Settings = field(default_factory=Settings)
+    arc_lengths: ArcLengths = field(default_factory=ArcLengths.none)
+    tangents: Tangents = field(default_factory=Tangents.none)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
+import numpy as np
+
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, Network
 
 Severity = Literal["error", "warning", "info"]
@@ -38,7 +40,7 @@ class Statistics:
 
     observations: int  # scalar observations: image coordinates, control and prior equations
     unknowns: int  # locations included
-    conditions: int  # gauge and datum conditions
+    conditions: int  # gauge, shape and datum conditions
     rank_defect: int  # of the measurements and priors alone
     redundancy: int
     sum_redundancy_numbers: float  # equals redundancy: a built-in check
@@ -73,7 +75,7 @@ class ImageResult:
 
 @dataclass(frozen=True)
 class SegmentCoefficients:
-    """Lee's a, b, c of every segment for t in [0, 1]."""
+    """Lee's a, b, c of every segment for t in [0, 1]; none of trigonometric families."""
 
     interval: FloatArray  # (s, 2) knot parameters
     coefficients: FloatArray  # (s, 4, 3): power, coordinate
@@ -81,10 +83,39 @@ class SegmentCoefficients:
 
 
 @dataclass(frozen=True)
+class ConicElements:
+    """Geometry of a conic or circle: C + A cos u + B sin u, whatever the phase of u."""
+
+    centre: FloatArray  # (3,) user frame
+    semi_axes: FloatArray  # (2,) m, larger first
+    axes: FloatArray  # (2, 3) their unit directions
+    normal: FloatArray  # (3,) unit normal of the plane, upwards
+    eccentricity: float
+    form: str  # "circle", "ellipse" (Lee, table 4.1)
+    centre_sigma: FloatArray  # (3,) m
+    semi_axes_sigma: FloatArray  # (2,) m
+    eccentricity_sigma: float  # 0 of a circle; NaN where an adjusted ellipse is round
+    normal_sigma_rad: float  # larger semi-axis of the standard ellipse of the normal's direction
+
+
+@dataclass(frozen=True)
+class Ellipse:
+    """The ellipse nearest to a closed curve: any family in comparable terms."""
+
+    centre: FloatArray  # (3,) user frame
+    semi_axes: FloatArray  # (2,) m, larger first
+    normal: FloatArray  # (3,) unit, upwards
+    rms_m: float  # distance of the curve from it
+    largest_m: float
+
+
+@dataclass(frozen=True)
 class CurveResult:
     """One adjusted curve."""
 
-    values: FloatArray  # (k, 3) knots (or the family's values), user frame
+    values: (
+        FloatArray  # (k, 3) knots (or the family's values), user frame; vectors among them are not shifted
+    )
     values_dispersion: FloatArray  # (k, 3, 3) of each value
     knots: FloatArray  # (q, 3) the curve at its knot parameters
     knot_parameters: FloatArray  # (q,)
@@ -101,6 +132,8 @@ class CurveResult:
     n_observations: int
     n_images: int
     along_sigma: FloatArray  # (q,) sigma of the knots along the curve: datum-dependent
+    conic: ConicElements | None = None  # of conics and circles
+    ellipse: Ellipse | None = None  # of closed curves
 
 
 @dataclass(frozen=True)
@@ -124,13 +157,29 @@ class ResidualTable:
     standardized: FloatArray  # (n, 2) v / (sigma0_prior sqrt(q_vv)); curves: across first, NaN second
     location: FloatArray  # (n,) u (points: NaN)
     normal: FloatArray  # (n, 2) unit normal of the projected curve (points: NaN)
+    location_sigma: FloatArray  # (n,) of u, 0 where it is held (points: NaN): datum-dependent
+
+
+@dataclass(frozen=True)
+class ScalarResiduals:
+    """Residuals v = adjusted - measured of arc lengths (mm) or tangents (rad), in the measured photo frame."""
+
+    residual: FloatArray  # (q,)
+    sigma: FloatArray  # (q,)
+    redundancy: FloatArray  # (q,) redundancy numbers
+    standardized: FloatArray  # (q,) v / (sigma0_prior sqrt(q_vv))
+
+    @classmethod
+    def none(cls) -> ScalarResiduals:
+        """No observations of a kind."""
+        return cls(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0))
 
 
 @dataclass(frozen=True)
 class PriorResidual:
     """Residual of one control coordinate or prior equation."""
 
-    kind: str  # "control point", "control spline", "eop prior", "gauge", "datum"
+    kind: str  # "control point", "control spline", "eop prior", "gauge", "shape", "datum"
     subject: str  # id
     component: str  # "x", "omega", "knot 3 z"
     residual: float  # adjusted - given; m or rad
@@ -193,4 +242,6 @@ class AdjustmentResult:
     checks: Checks
     problems: tuple[Problem, ...]
     dispersion: DispersionBlocks | None = None
+    arc_residuals: ScalarResiduals = field(default_factory=ScalarResiduals.none)
+    tangent_residuals: ScalarResiduals = field(default_factory=ScalarResiduals.none)
     timings: dict[str, float] = field(default_factory=dict)

@@ -7,9 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinebba_cli.core.camera.distortion import corrected_photo_xy
+from splinebba_cli.core.chains import Chains
+from splinebba_cli.core.curves.basis import CurveBasis
 from splinebba_cli.core.curves.curve_set import CurveSet
 from splinebba_cli.core.curves.registry import basis_of
-from splinebba_cli.core.network import FloatArray, IntArray, Network
+from splinebba_cli.core.curves.shape_forms import retracted
+from splinebba_cli.core.network import Curve, FloatArray, IntArray, Network
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,15 @@ class ImageRays:
 
 
 @dataclass(frozen=True)
+class ScalarMeasurements:
+    """Measured lengths (mm) or directions (rad) carried into the corrected photo frame, with their sigma there."""
+
+    value: FloatArray  # (q,)
+    sigma: FloatArray  # (q,)
+    rate: FloatArray  # (q,) d corrected / d measured
+
+
+@dataclass(frozen=True)
 class Prepared:
     """A network with everything that does not change during the iterations."""
 
@@ -44,19 +56,46 @@ class Prepared:
     principal_distance: FloatArray  # (m,) mm, per image
     point_rays: ImageRays
     curve_rays: ImageRays
+    arc_lengths: ScalarMeasurements
+    tangents: ScalarMeasurements
+    chains: Chains  # measured curve points that arc lengths and tangents link
 
 
 def prepare(network: Network) -> Prepared:
     """Curve tables and corrected, whitened image points of a network."""
     c = np.array([camera.principal_distance_mm for camera in network.cameras])
     points, curves = network.point_observations, network.curve_observations
+    curve_rays = _rays(network, curves.image, curves.photo_xy, curves.sigma)
     return Prepared(
         network=network,
         curves=CurveSet.of([basis_of(curve) for curve in network.curves]),
         principal_distance=c[network.images.camera],
         point_rays=_rays(network, points.image, points.photo_xy, points.sigma),
-        curve_rays=_rays(network, curves.image, curves.photo_xy, curves.sigma),
+        curve_rays=curve_rays,
+        arc_lengths=_corrected_lengths(network, curve_rays),
+        tangents=_corrected_directions(network, curve_rays),
+        chains=Chains.of(network),
     )
+
+
+def _corrected_lengths(network: Network, rays: ImageRays) -> ScalarMeasurements:
+    """Arc lengths in the corrected frame: scaled as the chord between their measured ends."""
+    arcs, measured = network.arc_lengths, network.curve_observations.photo_xy
+    before = np.linalg.norm(measured[arcs.second] - measured[arcs.first], axis=1)
+    after = np.linalg.norm(rays.xy[arcs.second] - rays.xy[arcs.first], axis=1)
+    scale = np.divide(after, before, out=np.ones_like(before), where=before > 0.0)
+    return ScalarMeasurements(scale * arcs.length, scale * arcs.sigma, scale)
+
+
+def _corrected_directions(network: Network, rays: ImageRays) -> ScalarMeasurements:
+    """Directions in the corrected frame: turned by M = d corrected / d measured, d angle = det M / |M d|^2."""
+    tangents, observed = network.tangents, network.curve_observations
+    scaled = rays.whitening[tangents.point] * observed.sigma[tangents.point][:, :, None]
+    correction = np.linalg.inv(scaled)
+    direction = np.stack([np.cos(tangents.direction), np.sin(tangents.direction)], axis=1)
+    turned = np.matmul(correction, direction[:, :, None])[:, :, 0]
+    rate = np.abs(np.linalg.det(correction)) / np.sum(turned**2, axis=1)
+    return ScalarMeasurements(np.arctan2(turned[:, 1], turned[:, 0]), tangents.sigma * rate, rate)
 
 
 def _rays(network: Network, image: IntArray, photo_xy: FloatArray, sigma: FloatArray) -> ImageRays:
@@ -73,9 +112,33 @@ def _rays(network: Network, image: IntArray, photo_xy: FloatArray, sigma: FloatA
 
 
 def initial_coefficients(prepared: Prepared) -> FloatArray:
-    """Coefficients of the approximate curves, (C, 3)."""
+    """Coefficients of the approximate curves, (C, 3), with held values and shape conditions exact."""
     parts = [
-        basis.coefficients_from_values(curve.values)
+        _starting_coefficients(basis, curve)
         for basis, curve in zip(prepared.curves.bases, prepared.network.curves, strict=True)
     ]
-    return np.vstack(parts) if parts else np.zeros((0, 3))
+    return on_shape(prepared, np.vstack(parts)) if parts else np.zeros((0, 3))
+
+
+def _starting_coefficients(basis: CurveBasis, curve: Curve) -> FloatArray:
+    """Of one curve, (m, 3); a held value that is a coefficient is exact also where continuity binds the others."""
+    coefficients = basis.coefficients_from_values(curve.values)
+    if basis.coefficient_count < len(curve.values) and (curve.sigma == 0.0).any():
+        rows, columns, factor = basis.pure_values()
+        held = curve.sigma[rows] == 0.0
+        exact = curve.values[rows] / factor[:, None]
+        coefficients[columns] = np.where(held, exact, coefficients[columns])
+    return coefficients
+
+
+def on_shape(prepared: Prepared, coefficients: FloatArray) -> FloatArray:
+    """Coefficients of all curves (C, 3) moved to where shape conditions are exact; curves of known shape stay."""
+    found = coefficients
+    for k in prepared.curves.shaped:
+        rows = slice(*(int(n) for n in prepared.curves.coefficient_start[k : k + 2]))
+        forms = prepared.curves.bases[k].shape_forms
+        touched = np.abs(forms).sum(axis=(0, 1)) > 0.0
+        if (prepared.network.curves[k].sigma[touched] != 0.0).any():
+            found = found.copy() if found is coefficients else found
+            found[rows] = retracted(forms, coefficients[rows])
+    return found

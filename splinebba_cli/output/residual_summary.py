@@ -2,6 +2,7 @@
 
     image points of points    per coordinate: rms = sqrt(Σ (v_x² + v_y²) / 2n), max = largest |v_x| or |v_y|
     image points on splines   across the curve: rms = sqrt(Σ v_n² / n), max = largest |v_n|
+    arc lengths, tangents     rms = sqrt(Σ v² / n), max = largest |v|, mm or degrees
 
 The along-curve part of an image point on a spline is taken up by its own location and says nothing.
 """
@@ -40,6 +41,7 @@ def residual_summary(result: AdjustmentResult) -> Summary:
             *_groups("points", points, point_v, point_pixel, point_redundancy),
             *_groups("splines", curves, across, curve_pixel, curve_redundancy),
         ],
+        "linked": _linked(result),
         "priors": _prior_groups(result.prior_residuals),
         "images": [
             {"id": result.network.images.ids[i], "points": by_image[i], "splines": curves_by_image[i]}
@@ -112,6 +114,33 @@ def _rows_of(index: IntArray, count: int) -> list[IntArray]:
     return [order[bounds[i] : bounds[i + 1]] for i in range(count)]
 
 
+def _linked(result: AdjustmentResult) -> list[Summary]:
+    """Per group of arc lengths (mm) and tangents (degrees): count, rms, largest, redundancy."""
+    out = []
+    for kind, unit, factor, observed, found in (
+        ("arc lengths", "mm", 1.0, result.network.arc_lengths, result.arc_residuals),
+        ("tangents", "deg", 180.0 / np.pi, result.network.tangents, result.tangent_residuals),
+    ):
+        if not len(observed):
+            continue
+        names = observed.group_names or (kind,)
+        group = np.zeros(len(observed), dtype=np.int64) if observed.group is None else observed.group
+        for name, rows in zip(names, _rows_of(group, len(names)), strict=True):
+            head = {"group": name, "kind": kind, "unit": unit}
+            out.append({**head, **_scalar_summary(factor * found.residual[rows], found.redundancy[rows])})
+    return out
+
+
+def _scalar_summary(values: FloatArray, redundancy: FloatArray) -> Summary:
+    """Count, root mean square, largest and redundancy of residuals (n,); null where there are none."""
+    return {
+        "n": len(values),
+        "rms": float(np.sqrt(np.mean(values**2))) if len(values) else None,
+        "max": float(np.max(np.abs(values))) if len(values) else None,
+        "redundancy": float(np.sum(redundancy)),
+    }
+
+
 def _prior_groups(priors: tuple[PriorResidual, ...]) -> list[Summary]:
     """Per kind and unit (degrees or metres), in order of appearance: count, rms, largest, redundancy."""
     groups: dict[tuple[str, str], list[PriorResidual]] = {}
@@ -124,10 +153,7 @@ def _prior_groups(priors: tuple[PriorResidual, ...]) -> list[Summary]:
             {
                 "kind": kind,
                 "unit": unit,
-                "n": len(members),
-                "rms": float(np.sqrt(np.mean(values**2))),
-                "max": float(np.max(np.abs(values))),
-                "redundancy": float(np.sum([member.redundancy for member in members])),
+                **_scalar_summary(values, np.array([member.redundancy for member in members])),
             }
         )
     return out

@@ -28,6 +28,8 @@ _OWN_TABLES = frozenset(
         "spline_samples",
         "spline_locations",
         "residuals",
+        "arc_residuals",
+        "tangent_residuals",
         "prior_residuals",
     }
 )

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from splinebba_cli.core.network import FloatArray
-from splinebba_cli.core.result import AdjustmentResult, CurveResult
+from splinebba_cli.core.result import AdjustmentResult, ConicElements, CurveResult
 from splinebba_cli.errors import OutputError
 from splinebba_cli.output.json_text import finite, json_text
 from splinebba_cli.output.residual_summary import residual_summary
@@ -195,7 +195,7 @@ def _sigma(dispersion: FloatArray) -> FloatArray:
 
 def _spline(result: AdjustmentResult, number: int) -> dict[str, Any]:
     given, curve = result.network.curves[number], result.curves[number]
-    return {
+    found: dict[str, Any] = {
         "id": given.id,
         "role": given.role,
         "family": given.family,
@@ -210,6 +210,38 @@ def _spline(result: AdjustmentResult, number: int) -> dict[str, Any]:
         "rms_across_mm": curve.rms_across_mm,
         "reference": curve.reference,
         "segments": _segments(curve),
+    }
+    if not len(curve.segments.interval) or given.family.startswith(
+        "bspline"
+    ):  # values that are no points of it
+        found |= {"values": curve.values, "value_sigma": _sigma(curve.values_dispersion)}
+    if curve.conic is not None:
+        found["conic"] = _conic(curve.conic)
+    if curve.ellipse is not None:
+        found["ellipse"] = {
+            "centre": curve.ellipse.centre,
+            "semi_axes": curve.ellipse.semi_axes,
+            "normal": curve.ellipse.normal,
+            "rms": curve.ellipse.rms_m,
+            "max": curve.ellipse.largest_m,
+        }
+    return found
+
+
+def _conic(conic: ConicElements) -> dict[str, Any]:
+    return {
+        "centre": conic.centre,
+        "semi_axes": conic.semi_axes,
+        "axes": conic.axes,
+        "normal": conic.normal,
+        "eccentricity": conic.eccentricity,
+        "form": conic.form,
+        "sigma": {
+            "centre": conic.centre_sigma,
+            "semi_axes": conic.semi_axes_sigma,
+            "eccentricity": conic.eccentricity_sigma,
+            "normal_deg": float(np.degrees(conic.normal_sigma_rad)),
+        },
     }
 
 

@@ -5,20 +5,24 @@ Metres in the user's object frame, millimetres in the measured photo frame, degr
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from splinebba_cli.core.network import FloatArray
-from splinebba_cli.core.result import AdjustmentResult
+from splinebba_cli.core.curves.registry import basis_of
+from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.result import AdjustmentResult, ScalarResiduals
 from splinebba_cli.output.columns import Column, Table
 
 _PHOTO = "%.7f"  # mm: a tenth of a nanometre
 _RATIO = "%.6f"
+_ANGLE = "%.7f"  # degrees
 ANGLES = ("omega", "phi", "kappa")
 EOP_NAMES = ("omega", "phi", "kappa", "X0", "Y0", "Z0")
 
 
 def all_tables(result: AdjustmentResult) -> tuple[Table, ...]:
-    """Every table of the result folder, in the order of writing."""
+    """Every table of the result folder, in the order of writing; arc lengths and tangents where there are any."""
     return (
         exterior_orientation_table(result),
         points_table(result),
@@ -26,6 +30,7 @@ def all_tables(result: AdjustmentResult) -> tuple[Table, ...]:
         spline_samples_table(result),
         spline_locations_table(result),
         residuals_table(result),
+        *linked_residuals_tables(result),
         prior_residuals_table(result),
     )
 
@@ -107,7 +112,12 @@ def spline_locations_table(result: AdjustmentResult) -> Table:
     for number, curve in enumerate(result.curves):
         rows = order[bounds[number] : bounds[number + 1]]
         interval = curve.segments.interval
-        if len(rows) and len(interval):
+        if len(rows) and not len(interval):  # no power form: the family's own functions
+            given = result.network.curves[number]
+            basis = basis_of(replace(given, values=curve.values))
+            segment[rows], t[rows] = basis.locate(location[rows])
+            xyz[rows] = basis.evaluate(location[rows], basis.coefficients_from_values(curve.values))
+        elif len(rows):
             index = np.clip(
                 np.searchsorted(interval[:, 0], location[rows], side="right") - 1, 0, len(interval) - 1
             )
@@ -123,6 +133,7 @@ def spline_locations_table(result: AdjustmentResult) -> Table:
         Column("measured_y_mm", observations.photo_xy[:, 1], _PHOTO),
         Column("u", location, "%.9g"),
         Column("segment", segment),
+        Column("u_sigma_datum_dependent", result.curve_residuals.location_sigma, "%.6g"),
         Column("t", t, "%.9f"),
     ]
     columns += [Column(f"{name}_m", xyz[:, i], "%.6f") for i, name in enumerate("xyz")]
@@ -160,6 +171,54 @@ def residuals_table(result: AdjustmentResult) -> Table:
         columns.append(Column(f"{name}_across", _only(values[:, 0], slice(n, None)), _RATIO))
     columns += [Column(f"normal_{axis}", normal[:, i], _RATIO) for i, axis in enumerate("xy")]
     return Table("residuals", tuple(columns))
+
+
+def linked_residuals_tables(result: AdjustmentResult) -> tuple[Table, ...]:
+    """One row an arc length (mm) and one row a tangent (degrees), v = adjusted - measured, in the photo frame."""
+    network = result.network
+    arcs, tangents = network.arc_lengths, network.tangents
+    found = []
+    if len(arcs):
+        columns = [
+            *_seen_columns(result, arcs.first),
+            *_location_columns(result, ("from", arcs.first), ("to", arcs.second)),
+        ]
+        columns += [Column("measured_mm", arcs.length, _PHOTO), Column("sigma_mm", arcs.sigma, _PHOTO)]
+        columns += _scalar_columns(result.arc_residuals, "mm", 1.0, _PHOTO)
+        columns.append(Column("method", ["simpson" if s else "gauss-legendre" for s in arcs.simpson]))
+        found.append(Table("arc_residuals", tuple(columns)))
+    if len(tangents):
+        factor = 180.0 / np.pi
+        columns = [*_seen_columns(result, tangents.point), *_location_columns(result, ("at", tangents.point))]
+        columns += [
+            Column("measured_deg", factor * tangents.direction, _ANGLE),
+            Column("sigma_deg", factor * tangents.sigma, _ANGLE),
+        ]
+        columns += _scalar_columns(result.tangent_residuals, "deg", factor, _ANGLE)
+        columns.append(Column("directed", ["true" if s else "false" for s in tangents.directed]))
+        found.append(Table("tangent_residuals", tuple(columns)))
+    return tuple(found)
+
+
+def _seen_columns(result: AdjustmentResult, point: IntArray) -> list[Column]:
+    observed, network = result.network.curve_observations, result.network
+    return [
+        Column("image", [network.images.ids[i] for i in observed.image[point]]),
+        Column("spline", [network.curves[i].id for i in observed.curve[point]]),
+    ]
+
+
+def _location_columns(result: AdjustmentResult, *ends: tuple[str, IntArray]) -> list[Column]:
+    """Locations of the measured points that an observation belongs to."""
+    return [Column(f"u_{name}", result.curve_residuals.location[point], "%.9g") for name, point in ends]
+
+
+def _scalar_columns(residuals: ScalarResiduals, unit: str, factor: float, decimals: str) -> list[Column]:
+    return [
+        Column(f"residual_{unit}", factor * residuals.residual, decimals),
+        Column("redundancy", residuals.redundancy, _RATIO),
+        Column("standardized", residuals.standardized, _RATIO),
+    ]
 
 
 def prior_residuals_table(result: AdjustmentResult) -> Table:

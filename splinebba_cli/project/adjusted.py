@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from splinebba_cli.core.curves.registry import FAMILIES
 from splinebba_cli.core.network import Curve, FloatArray, Network
 from splinebba_cli.core.result import AdjustmentResult, CurveResult
 from splinebba_cli.project.build_curves import position_rows
@@ -99,13 +100,14 @@ def adjusted_network(result: AdjustmentResult) -> Network:
 
 
 def _adjusted_curve(curve: Curve, found: CurveResult, origin: FloatArray) -> Curve:
-    """The curve with adjusted free values; natural splines keep the knot parameters of the adjustment."""
+    """The curve with adjusted free values; splines keep the knot parameters of the adjustment."""
     values, reference = found.values.copy(), found.reference.copy()
     values[position_rows(curve)] -= origin
     reference[position_rows(curve)] -= origin
-    interval = found.segments.interval
-    natural = curve.family == "natural_cubic"
-    parameters = np.append(interval[:, 0], interval[-1, 1]) if natural else None
+    parameters = curve.knot_parameters
+    if FAMILIES[curve.family].keeps_parameters:
+        interval = found.segments.interval
+        parameters = np.append(interval[:, 0], interval[-1, 1])
     return replace(
         curve,
         values=np.where(np.isfinite(curve.sigma), curve.values, values),

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from splinebba_cli.core.network import Curve, FloatArray, IntArray
+from splinebba_cli.core.curves.registry import FAMILIES
+from splinebba_cli.core.network import BoolArray, Curve, FloatArray, IntArray
 from splinebba_cli.project.build_context import Building
 from splinebba_cli.project.build_points import SIGMA_XYZ, XYZ, columns_of, sigma_columns
 from splinebba_cli.project.curve_checks import check_curve
@@ -35,29 +36,20 @@ class CurveRows:
         return {curve.id: number for number, curve in enumerate(self.curves)}
 
 
-def position_rows(curve: Curve) -> slice:
-    """Rows of `values` that are positions: all knots, but only power 0 of a polynomial."""
-    return slice(None) if curve.family in ("natural_cubic", "straight_line") else slice(0, 1)
+def position_rows(curve: Curve) -> BoolArray:
+    """Rows of `values` that are positions: all knots, but only power 0 of a polynomial and the centre of harmonics."""
+    return FAMILIES[curve.family].positions(len(curve.values))
 
 
 def shifted(curve: Curve, offset: FloatArray) -> Curve:
     """The curve moved by an offset, (3,) metres."""
-    rows = position_rows(curve)
-
-    def moved(values: FloatArray | None, rows: slice) -> FloatArray | None:
-        if values is None:
-            return None
-        out = values.copy()
-        out[rows] += offset
-        return out
-
-    values = moved(curve.values, rows)
-    assert values is not None
+    rows = position_rows(curve)[:, None]
+    reference, check_values = curve.reference, curve.check_values
     return replace(
         curve,
-        values=values,
-        reference=moved(curve.reference, rows),
-        check_values=moved(curve.check_values, slice(None)),
+        values=curve.values + rows * offset,
+        reference=None if reference is None else reference + rows * offset,
+        check_values=None if check_values is None else check_values + offset,
     )
 
 
@@ -90,6 +82,9 @@ def _add_table(
             family=entry.family,
             closed=entry.closed,
             parameterization=entry.parameterization,
+            continuity=entry.continuity,
+            natural_ends=entry.natural_ends,
+            tension=entry.tension,
         )
         _add(spline, values[taken], sigma[taken], place, None, rows, seen, building)
 
@@ -173,6 +168,9 @@ def _add(
         parameterization=entry.parameterization,
         breaks=tuple(sorted(entry.breaks)),
         reference=_further(entry, "reference_knots", path, building),
+        continuity=int(entry.continuity[1:]),
+        natural_ends=entry.natural_ends,
+        tension=entry.tension,
         check_values=check_values,
     )
     if check_curve(curve, place, path, building):

@@ -90,7 +90,7 @@ def _read_group(
     features: dict[str, int],
     frames: list[PhotoFrame],
 ) -> GroupRows | None:
-    extra = () if isinstance(group, PointGroup) else ("location", "segment")
+    extra = () if isinstance(group, PointGroup) else ("location", "segment", "mark")
     wanted = Wanted(("image", kind, "x", "y"), (*_SIGMAS, *_SIGMAS_XY, *extra), {"id": kind})
     table = building.reader.read(group, path, wanted)
     if table is None:
@@ -215,6 +215,13 @@ def _check_inside(
             message = f"measured outside of the image ({size[0]} × {size[1]} px)"
             place = table.place_of(int(row), "x")
             building.collector.warning("SBB313", message, place, kind="measurements outside of the image")
+
+
+def kept_rows(rows: ObservationRows, renumbered: IntArray) -> IntArray:
+    """Number of every observation among those whose feature is kept, -1 for those left out, (n,)."""
+    feature = rows.feature
+    kept = renumbered[feature] >= 0 if len(feature) else np.zeros(0, dtype=bool)
+    return np.where(kept, np.cumsum(kept) - 1, -1).astype(np.int64)
 
 
 def as_point_observations(rows: ObservationRows, renumbered: IntArray) -> PointObservations:

@@ -6,19 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from splinebba_cli.core.curves.registry import FAMILIES
 from splinebba_cli.core.network import Curve
 from splinebba_cli.project.build_context import Building
 from splinebba_cli.project.diagnostics import Place
+from splinebba_cli.project.family_checks import check_family_rows, check_options, check_shape
 from splinebba_cli.project.yaml_source import YamlPath
-
-_ROWS = {
-    "straight_line": 2,
-    "polynomial_0": 1,
-    "polynomial_1": 2,
-    "polynomial_2": 3,
-    "polynomial_3": 4,
-    "free_cubic": 4,
-}
 
 
 @dataclass(frozen=True)
@@ -44,48 +37,27 @@ def check_curve(curve: Curve, place: Place, path: YamlPath | None, building: Bui
     _check_sigma(curve, where)
     if not shape_ok:
         return False
-    _check_parameters(curve, where)
+    shape_ok = check_options(curve, where.error)
     _check_breaks(curve, where)
     _check_reference(curve, where)
     if curve.check_values is not None and curve.role != "check":
         where.error(
             "SBB209", f"{curve.role} spline `{curve.id}` has `check_values`", "check_values", "role: check"
         )
-    return True
+    if shape_ok:
+        check_shape(curve, where.error)
+    return shape_ok
 
 
 def _check_rows(curve: Curve, where: _Where) -> bool:
-    rows = len(curve.values)
-    name = f"spline `{curve.id}`"
     if np.isnan(curve.values).any():
         return False  # reported with the table
-    if curve.closed and curve.family != "natural_cubic":
-        where.error(
-            "SBB209",
-            f"{name}: a closed curve of family {curve.family}",
-            "closed",
-            "natural_cubic can be closed",
-        )
-        return False
-    if curve.family != "natural_cubic":
-        needed = _ROWS[curve.family]
-        if rows != needed:
-            code = "SBB307" if rows < needed else "SBB206"
-            where.error(code, f"{name}: {rows} rows, but {curve.family} has {needed}", "knots")
-        return rows == needed
-    needed = 3 if curve.closed else 2
-    if rows < needed:
-        kind = "closed" if curve.closed else "open"
-        where.error(
-            "SBB307",
-            f"{name}: {rows} knots, but an {kind} natural spline needs {needed}".replace("an c", "a c"),
-            "knots",
-        )
-        return False
-    return _check_distances(curve, where)
+    return check_family_rows(curve, where.error) and _check_distances(curve, where)
 
 
 def _check_distances(curve: Curve, where: _Where) -> bool:
+    if FAMILIES[curve.family].rows != "points":
+        return True
     knots = np.vstack([curve.values, curve.values[:1]]) if curve.closed else curve.values
     steps = np.diff(knots, axis=0)
     same = np.flatnonzero(np.linalg.norm(steps, axis=1) == 0.0)
@@ -114,27 +86,6 @@ def _check_sigma(curve: Curve, where: _Where) -> None:
         where.error(
             "SBB209", f"{name} has known coefficients", key, "write `role: partial` or `role: control`"
         )
-
-
-def _check_parameters(curve: Curve, where: _Where) -> None:
-    parameters = curve.knot_parameters
-    if parameters is None:
-        return
-    expected = len(curve.values) + curve.closed
-    if curve.family != "natural_cubic":
-        where.error(
-            "SBB209",
-            f"spline `{curve.id}`: knot parameters in a curve of family {curve.family}",
-            "knot_parameters",
-        )
-        return
-    if len(parameters) != expected:
-        message = f"spline `{curve.id}`: {len(parameters)} knot parameters, {expected} needed"
-        where.error("SBB206", message, "knot_parameters")
-    elif (np.diff(parameters) <= 0.0).any():
-        first = int(np.flatnonzero(np.diff(parameters) <= 0.0)[0])
-        message = f"spline `{curve.id}`: knot parameter {first + 1} is not larger than the one before"
-        where.error("SBB205", message, "knot_parameters")
 
 
 def _check_breaks(curve: Curve, where: _Where) -> None:

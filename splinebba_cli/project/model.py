@@ -75,7 +75,10 @@ class Adjustment(Model):
     )
     gauge_sigma_m: PositiveNumber | None = Field(
         default=None,
-        description="σ of the gauge conditions along curves, m; default: a tenth of the mean knot distance.",
+        description=(
+            "σ of the gauge conditions along curves, m; default: a tenth of the mean knot distance for natural and "
+            "cardinal splines and lines, a thousandth of it (conics, Fourier: of the radius) for other families."
+        ),
     )
     gauge_conditions: Literal["needed", "all"] = Field(
         default="needed",

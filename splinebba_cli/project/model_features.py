@@ -9,6 +9,7 @@ from pydantic import Discriminator, Field, Tag
 from splinebba_cli.project.model_images import table_or_entry
 from splinebba_cli.project.model_tables import KnotRows, TableOrRows
 from splinebba_cli.project.scalars import (
+    Continuity,
     Family,
     Id,
     Model,
@@ -42,16 +43,34 @@ class SplineOptions(Model):
     family: Family = Field(
         default="natural_cubic",
         description=(
-            "What the rows of `knots` are: natural_cubic: knots; straight_line: two points; polynomial_d, "
-            "free_cubic: the coefficient vectors of the powers 0 … d of t (free_cubic: 0 … 3)."
+            "What the rows of `knots` are: natural_cubic, cardinal, catmull_rom: knots; bspline_d: control points; "
+            "straight_line: two points; polynomial_d, free_cubic: the coefficient vectors of the powers 0 … d of t "
+            "(free_cubic: 0 … 3), segment after segment; fourier: centre, then the vectors of cos u, sin u, cos 2u, "
+            "sin 2u, …; conic, circle: centre and the vectors of cos u and sin u."
         ),
     )
     closed: bool = Field(
-        default=False, description="Whether the spline is closed; the first knot is not repeated at the end."
+        default=False,
+        description=(
+            "Whether the spline is closed; the first knot is not repeated at the end. Fourier curves always are, "
+            "conics and circles unless they are arcs (`knot_parameters`)."
+        ),
     )
     parameterization: Parameterization = Field(
         default="chord_length",
-        description="Knot parameters: chord_length (metres) or uniform (one unit a segment).",
+        description=(
+            "Knot parameters: chord_length (metres) or uniform (one unit a segment; polynomials always)."
+        ),
+    )
+    continuity: Continuity = Field(
+        default="C-1",
+        description="How the segments of polynomial_d and free_cubic are joined: C-1: not; at most C(d − 1).",
+    )
+    natural_ends: bool = Field(
+        default=False, description="Cubic segments joined C2: no curvature at both ends, as a natural spline."
+    )
+    tension: Number = Field(
+        default=0.0, description="Of a cardinal spline, −1 ≤ tension < 1; 0 is a Catmull-Rom spline."
     )
     sigma: SigmaXyz | None = Field(
         default=None,
@@ -75,7 +94,10 @@ class Spline(SplineOptions):
     )
     knot_parameters: list[Number] | None = Field(
         default=None,
-        description="Parameters u of the knots, increasing; closed: one more, the end of the last segment.",
+        description=(
+            "Parameters u of the knots (of the ends of the segments), increasing; closed: one more, the end of the "
+            "last segment; conic, circle: first and last u of an arc, radians."
+        ),
     )
     breaks: list[int] = Field(
         default_factory=list, description="Numbers of knots where the curve has a corner."

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import Field
 
 from splinebba_cli.project.model_tables import TableOrRows
-from splinebba_cli.project.scalars import ImageCoordinates, Model, ScalePair, Text
+from splinebba_cli.project.scalars import AngleUnit, ImageCoordinates, Model, PositiveNumber, ScalePair, Text
 
 
 class ObservationGroup(TableOrRows):
@@ -27,7 +29,61 @@ class PointGroup(ObservationGroup):
 
 
 class SplineGroup(ObservationGroup):
-    """Image points anywhere on splines: columns image, spline, x, y [, σ] [, location] [, segment]."""
+    """Image points anywhere on splines: columns image, spline, x, y [, σ] [, location] [, segment] [, mark].
+
+    A mark names a measured point for arc lengths and tangents, once an image and spline; without the column the points
+    of an image and spline are 1, 2, 3 … in their order.
+    """
+
+
+class ArcLengthGroup(TableOrRows):
+    """Lengths of projected splines between two measured points of one image: columns image, spline, from, to, length.
+
+    `from` and `to` are marks of measured points.  A point may end one arc and begin another.  Arc lengths come from
+    the same edge pixels as the points and are correlated with them, which the adjustment does not know: give them a
+    larger σ.
+    """
+
+    name: Text | None = Field(default=None, description="Name of the group, for residual statistics.")
+    method: Literal["gauss-legendre", "simpson"] = Field(
+        default="gauss-legendre",
+        description=(
+            "Integration: gauss-legendre, eight nodes a piece, split at knots; simpson: one step (Lee 2008, eq. "
+            "3.38), biased where points are further apart than a third of a segment."
+        ),
+    )
+    image_coordinates: ImageCoordinates | None = Field(
+        default=None, description="Unit of the lengths is that of this frame; default: as the camera says."
+    )
+    sigma_px: PositiveNumber | None = Field(default=None, description="σ of the lengths, pixels.")
+    sigma_um: PositiveNumber | None = Field(default=None, description="σ of the lengths, µm.")
+    sigma_mm: PositiveNumber | None = Field(default=None, description="σ of the lengths, mm.")
+
+
+class TangentGroup(TableOrRows):
+    """Directions of projected splines in an image at measured points: columns image, spline, at, direction [, sigma].
+
+    `at` is the mark of a measured point; the angle counts from the x axis towards the y axis of the image coordinates
+    (clockwise on the screen where y points down).  Like arc lengths, directions are correlated with the points.
+    """
+
+    name: Text | None = Field(default=None, description="Name of the group, for residual statistics.")
+    image_coordinates: ImageCoordinates | None = Field(
+        default=None, description="Frame in which the angles count; default: as the camera says."
+    )
+    angle_unit: AngleUnit | None = Field(
+        default=None, description="Unit of the directions and their σ; default: that of the project."
+    )
+    directed: bool = Field(
+        default=False,
+        description=(
+            "true: the direction has the sense of the spline, from its first to its last knot; false: known up to "
+            "half a turn."
+        ),
+    )
+    sigma: PositiveNumber | None = Field(
+        default=None, description="σ of the directions, in their unit; or a column `sigma`."
+    )
 
 
 class Observations(Model):
@@ -38,3 +94,9 @@ class Observations(Model):
         description="Points measured on splines; each has its own unknown location on the curve.",
     )
     points: list[PointGroup] = Field(default_factory=list, description="Image points of object points.")
+    arc_lengths: list[ArcLengthGroup] = Field(
+        default_factory=list, description="Lengths of projected splines between measured points."
+    )
+    tangents: list[TangentGroup] = Field(
+        default_factory=list, description="Directions of projected splines at measured points."
+    )

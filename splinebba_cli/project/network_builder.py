@@ -7,15 +7,27 @@ from __future__ import annotations
 
 import numpy as np
 
-from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, KnotPolicy, Network, Points, Settings
+from splinebba_cli.core.network import (
+    ArcLengths,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    KnotPolicy,
+    Network,
+    Points,
+    Settings,
+    Tangents,
+)
 from splinebba_cli.project.build_cameras import build_cameras
 from splinebba_cli.project.build_context import Building
 from splinebba_cli.project.build_curves import CurveRows, position_rows, read_curves, shifted
 from splinebba_cli.project.build_images import ImageRows, build_images, check_images, read_images
+from splinebba_cli.project.build_linked import Marks, read_arc_lengths, read_tangents
 from splinebba_cli.project.build_observations import (
     ObservationRows,
     as_curve_observations,
     as_point_observations,
+    kept_rows,
     read_observations,
 )
 from splinebba_cli.project.build_points import PointRows, read_points
@@ -55,6 +67,12 @@ def build_network(building: Building) -> Network | None:
     kept_points, kept_curves = _features_taking_part(building, images, points, curves, on_points, on_curves)
     origin = local_origin(building, images, points, curves)
     built_images = build_images(images, origin, building)
+    arc_lengths, tangents = ArcLengths.none(), Tangents.none()
+    if _links(building):
+        marks = Marks.of(on_curves, building)
+        numbers = kept_rows(on_curves, _renumbered(kept_curves))
+        arc_lengths = read_arc_lengths(building, images, marks, frames, numbers)
+        tangents = read_tangents(building, images, marks, frames, numbers)
     if building.collector.has_errors:
         return None
     return Network(
@@ -68,7 +86,15 @@ def build_network(building: Building) -> Network | None:
         point_observations=as_point_observations(on_points, _renumbered(kept_points)),
         curve_observations=as_curve_observations(on_curves, _renumbered(kept_curves)),
         settings=settings_of(building.model.adjustment),
+        arc_lengths=arc_lengths,
+        tangents=tangents,
     )
+
+
+def _links(building: Building) -> bool:
+    """Whether there are arc lengths or tangents."""
+    observations = building.model.observations
+    return bool(observations.arc_lengths or observations.tangents)
 
 
 def _features_taking_part(

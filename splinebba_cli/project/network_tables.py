@@ -14,6 +14,7 @@ from splinebba_cli.core.network import (
     CurveObservations,
     FloatArray,
     Images,
+    IntArray,
     Network,
     PointObservations,
 )
@@ -108,8 +109,10 @@ def curve_tables(curves: Sequence[Curve], origin: FloatArray) -> dict[str, str]:
     return out
 
 
-def observations_table(network: Network, observations: PointObservations | CurveObservations) -> str:
-    """Table of image points in photo coordinates, mm."""
+def observations_table(
+    network: Network, observations: PointObservations | CurveObservations, marks: IntArray | None = None
+) -> str:
+    """Table of image points in photo coordinates, mm; `marks` (n,) are written where there are any."""
     curves = isinstance(observations, CurveObservations)
     if isinstance(observations, CurveObservations):
         ids = [network.curves[i].id for i in observations.curve]
@@ -127,4 +130,50 @@ def observations_table(network: Network, observations: PointObservations | Curve
         if (observations.segment >= 0).any():
             columns.append("segment")
             fields.append([str(v) if v >= 0 else "" for v in observations.segment.tolist()])
+        if marks is not None:
+            columns.append("mark")
+            fields.append([str(v) for v in marks.tolist()])
     return csv_text(columns, zip(*fields, strict=True))
+
+
+def marks_of(observations: CurveObservations) -> IntArray:
+    """Numbers 1, 2, 3 … of the measured points of every image and spline, (n,)."""
+    pair = observations.image * (int(observations.curve.max(initial=0)) + 1) + observations.curve
+    order = np.argsort(pair, kind="stable")
+    starts = np.concatenate([[0], np.cumsum(np.unique(pair, return_counts=True)[1])])
+    out = np.empty(len(pair), dtype=np.int64)
+    out[order] = np.arange(len(pair)) - np.repeat(starts[:-1], np.diff(starts)) + 1
+    return out
+
+
+def arc_lengths_table(network: Network, marks: IntArray, rows: IntArray) -> str:
+    """Table of arc lengths, mm."""
+    arcs, observed = network.arc_lengths, network.curve_observations
+    lines = [
+        [
+            network.images.ids[observed.image[arcs.first[k]]],
+            network.curves[observed.curve[arcs.first[k]]].id,
+            str(marks[arcs.first[k]]),
+            str(marks[arcs.second[k]]),
+            number(arcs.length[k]),
+            number(arcs.sigma[k]),
+        ]
+        for k in rows
+    ]
+    return csv_text(["image", "spline", "from", "to", "length", "sigma_mm"], lines)
+
+
+def tangents_table(network: Network, marks: IntArray, rows: IntArray, angle_unit: str) -> str:
+    """Table of tangents in the photo frame."""
+    tangents, observed, unit = network.tangents, network.curve_observations, ANGLE_FACTORS[angle_unit]
+    lines = [
+        [
+            network.images.ids[observed.image[tangents.point[k]]],
+            network.curves[observed.curve[tangents.point[k]]].id,
+            str(marks[tangents.point[k]]),
+            number(tangents.direction[k] / unit),
+            number(tangents.sigma[k] / unit),
+        ]
+        for k in rows
+    ]
+    return csv_text(["image", "spline", "at", "direction", "sigma"], lines)

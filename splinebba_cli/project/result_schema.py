@@ -82,6 +82,35 @@ SEGMENT = object_of(
     },
     about="Coefficients of the powers of t in [0, 1] for X (a), Y (b), Z (c), metres.",
 )
+CONIC = object_of(
+    {
+        "centre": array_of(NUMBER, 3),
+        "semi_axes": array_of(NUMBER, 2),
+        "axes": array_of(array_of(NUMBER, 3), 2),
+        "normal": array_of(NUMBER, 3),
+        "eccentricity": NUMBER,
+        "form": {"enum": ["circle", "ellipse", "parabola", "hyperbola"]},
+        "sigma": object_of(
+            {
+                "centre": array_of(NUMBER_OR_NULL, 3),
+                "semi_axes": array_of(NUMBER_OR_NULL, 2),
+                "eccentricity": NUMBER_OR_NULL,
+                "normal_deg": NUMBER_OR_NULL,
+            }
+        ),
+    },
+    about="Elements of a conic or circle: metres, unit directions. A bounded curve is always a circle or an ellipse.",
+)
+ELLIPSE = object_of(
+    {
+        "centre": array_of(NUMBER, 3),
+        "semi_axes": array_of(NUMBER, 2),
+        "normal": array_of(NUMBER, 3),
+        "rms": NUMBER,
+        "max": NUMBER,
+    },
+    about="The ellipse nearest to a closed spline of any family and the distance of the spline from it, metres.",
+)
 SPLINE = object_of(
     {
         "id": TEXT,
@@ -94,8 +123,17 @@ SPLINE = object_of(
             {"max": NUMBER_OR_NULL, "mean": NUMBER_OR_NULL},
             about="Semi-axes of the lateral standard ellipse, m.",
         ),
-        "segments": array_of(SEGMENT),
-    }
+        "segments": {**array_of(SEGMENT), "description": "None of trigonometric families."},
+    },
+    {
+        "values": {
+            **array_of(array_of(NUMBER, 3)),
+            "description": "Rows of the family that are no points of the curve.",
+        },
+        "value_sigma": array_of(array_of(NUMBER_OR_NULL, 3)),
+        "conic": CONIC,
+        "ellipse": ELLIPSE,
+    },
 )
 POINT = object_of(
     {

@@ -30,7 +30,16 @@ Family = Literal[
     "polynomial_3",
     "free_cubic",
     "natural_cubic",
+    "cardinal",
+    "catmull_rom",
+    "bspline_1",
+    "bspline_2",
+    "bspline_3",
+    "fourier",
+    "conic",
+    "circle",
 ]
+Continuity = Literal["C-1", "C0", "C1", "C2"]
 Parameterization = Literal["uniform", "chord_length"]
 Delimiter = Literal["auto", "comma", "semicolon", "tab", "space"]
 

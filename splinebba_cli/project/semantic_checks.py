@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from splinebba_cli.core.curves.registry import basis_of
 from splinebba_cli.core.network import BoolArray, Curve, FloatArray, IntArray
 from splinebba_cli.project.build_context import Building
 from splinebba_cli.project.build_curves import CurveRows, position_rows
@@ -129,9 +130,7 @@ def check_segments(building: Building, curves: CurveRows, rows: ObservationRows)
 
 def segment_count(curve: Curve) -> int:
     """Number of segments of a curve."""
-    if curve.family != "natural_cubic":
-        return 1
-    return len(curve.values) - (0 if curve.closed else 1)
+    return basis_of(curve).segment_count
 
 
 def check_extent(building: Building, images: ImageRows, points: PointRows, curves: CurveRows) -> None:

@@ -9,14 +9,24 @@ from typing import Any
 
 import numpy as np
 
-from splinebba_cli.core.network import Camera, Curve, Network, PointObservations, Settings
+from splinebba_cli.core.network import (
+    Camera,
+    Curve,
+    CurveObservations,
+    Network,
+    PointObservations,
+    Settings,
+)
 from splinebba_cli.errors import OutputError
 from splinebba_cli.project.model import FORMAT_VERSION
 from splinebba_cli.project.network_tables import (
+    arc_lengths_table,
     curve_tables,
     images_table,
+    marks_of,
     observations_table,
     points_table,
+    tangents_table,
 )
 from splinebba_cli.project.yaml_writing import project_yaml
 
@@ -117,6 +127,7 @@ def project_files(
     for key, rows in (("spline_points", network.curve_observations), ("points", network.point_observations)):
         if len(rows):
             data["observations"][key] = _groups(network, rows, key, files)
+    data["observations"] |= _linked_groups(network, angle_unit, files)
     data["adjustment"] = _adjustment(network.settings)
     if acceptance:
         data["acceptance"] = dict(acceptance)
@@ -156,6 +167,12 @@ def spline_entry(curve: Curve, prefix: str = "") -> dict[str, Any]:
         out["knot_parameters"] = curve.knot_parameters.tolist()
     if curve.parameterization != "chord_length":
         out["parameterization"] = curve.parameterization
+    if curve.continuity >= 0:
+        out["continuity"] = f"C{curve.continuity}"
+    if curve.natural_ends:
+        out["natural_ends"] = True
+    if curve.tension:
+        out["tension"] = float(curve.tension)
     if curve.breaks:
         out["breaks"] = list(curve.breaks)
     out["knots"] = {"table": f"{prefix}knots.csv"}
@@ -163,6 +180,29 @@ def spline_entry(curve: Curve, prefix: str = "") -> dict[str, Any]:
         out["reference_knots"] = {"table": f"{prefix}reference_knots.csv"}
     if curve.check_values is not None:
         out["check_values"] = {"table": f"{prefix}check_values.csv"}
+    return out
+
+
+def _linked_groups(network: Network, angle_unit: str, files: dict[str, str]) -> dict[str, Any]:
+    """Groups of arc lengths (by rule) and of tangents (with and without sense), each with its table."""
+    marks = marks_of(network.curve_observations)
+    out: dict[str, list[dict[str, Any]]] = {}
+    arcs, tangents = network.arc_lengths, network.tangents
+    for key, chosen, options in (
+        ("arc_lengths", ~arcs.simpson, {"method": "gauss-legendre"}),
+        ("arc_lengths", arcs.simpson, {"method": "simpson"}),
+        ("tangents", tangents.directed, {"directed": True}),
+        ("tangents", ~tangents.directed, {"directed": False}),
+    ):
+        rows = np.flatnonzero(chosen)
+        if not len(rows):
+            continue
+        file = f"{key}.csv" if key not in out else f"{key}_2.csv"
+        if key == "arc_lengths":
+            files[file] = arc_lengths_table(network, marks, rows)
+        else:
+            files[file] = tangents_table(network, marks, rows, angle_unit)
+        out.setdefault(key, []).append({"table": file, **options})
     return out
 
 
@@ -182,7 +222,10 @@ def _groups(network: Network, rows: Any, key: str, files: dict[str, str]) -> lis
             for field in ("image", "point", "curve", "photo_xy", "sigma", "location", "segment")
             if hasattr(rows, field)
         }
-        files[file] = observations_table(network, replace(rows, group=None, group_names=(), **changes))
+        marks = None
+        if isinstance(rows, CurveObservations) and (len(network.arc_lengths) or len(network.tangents)):
+            marks = marks_of(rows)[chosen]
+        files[file] = observations_table(network, replace(rows, group=None, group_names=(), **changes), marks)
         out.append({"name": name, "table": file})
     return out
 

@@ -8,6 +8,7 @@ from splinebba_cli.report.blocks import Block, Cell, Column, Fact, Facts, Figure
 from splinebba_cli.report.orientation_section import subjects_with_problems
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.scale import length_scale, position_decimals
+from splinebba_cli.report.shape_tables import shape_tables
 
 SPLINE_FIGURES = 40
 
@@ -34,6 +35,7 @@ def splines_section(data: ResultData) -> Section:
         blocks.append(
             Note(f"Figures of the first {SPLINE_FIGURES} splines; {len(splines)} are in the tables.")
         )
+    blocks += shape_tables(splines)
     blocks += [_knots_table(splines), _coefficients_table(splines)]
     return Section("splines", "Splines", tuple(blocks))
 

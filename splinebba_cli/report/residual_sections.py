@@ -12,7 +12,7 @@ from splinebba_cli.report.scale import angle_scale, length_scale
 
 CRITICAL = 3.29  # Baarda: normal distribution, two-sided, alpha0 = 0.001
 _WORST = 20
-_CONDITIONS = ("gauge", "datum")
+_CONDITIONS = ("gauge", "shape", "datum")
 
 
 def residuals_section(data: ResultData) -> Section:
@@ -21,6 +21,8 @@ def residuals_section(data: ResultData) -> Section:
     if not any(group["n"] for group in residuals["groups"]):
         return Section("residuals", "Residuals of image points", ())
     blocks: list[Block] = [_groups_table(residuals)]
+    if residuals.get("linked"):
+        blocks.append(_linked_table(residuals["linked"]))
     if data.residuals.rows:
         histogram = (
             "Standardized residuals w = v / (σ₀ √q_vv) against the standard normal distribution. "
@@ -67,6 +69,27 @@ def _groups_table(residuals: dict[str, Any]) -> Table:
         rows.append(tuple(row))
     note = f"Residuals are {residuals['sign'].replace('-', '−')}."
     return Table("Residuals by group", tuple(columns), tuple(rows), note=note)
+
+
+def _linked_table(linked: list[dict[str, Any]]) -> Table:
+    """Arc lengths and tangents, one row a group."""
+    columns = (
+        Column("Group", numeric=False),
+        Column("Kind", numeric=False),
+        Column("Observations"),
+        Column("RMS", numeric=False),
+        Column("Largest", numeric=False),
+        Column("Redundancy", "", 2),
+    )
+    rows: list[tuple[Cell, ...]] = []
+    for group in linked:
+        if group["unit"] == "deg":
+            texts = [f"{group[key]:.3f}°" for key in ("rms", "max")]
+        else:
+            texts = [f"{1e3 * group[key]:.2f} µm" for key in ("rms", "max")]
+        rows.append((group["group"], group["kind"], group["n"], *texts, group["redundancy"]))
+    note = "They come from the same edge pixels as the points and are correlated with them."
+    return Table("Arc lengths and tangents", columns, tuple(rows), note=note)
 
 
 def _lengths(summary: dict[str, Any], pixels: bool) -> list[Cell]:
@@ -242,7 +265,8 @@ def conditions_section(data: ResultData) -> Section:
         )
     text = (
         "Knots of a free spline may slide along the curve without changing it. Weak conditions along it "
-        "keep them in place; the shape of the curve and its precision across do not depend on them."
+        "keep them in place; the shape of the curve and its precision across do not depend on them. Shape "
+        "conditions make a circle of a conic: they count as conditions and fill no rank defect."
     )
     blocks.append(Note(text))
     return Section("conditions", "Gauge and datum", tuple(blocks))

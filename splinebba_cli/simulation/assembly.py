@@ -20,7 +20,7 @@ from splinebba_cli.simulation.feature_geometry import Feature, PointFeatures, sa
 from splinebba_cli.simulation.measuring import measure_curves, measure_points
 from splinebba_cli.simulation.noise import Noise
 from splinebba_cli.simulation.realization import Design, realize
-from splinebba_cli.simulation.truth import Truth, rotations_of, shape_of
+from splinebba_cli.simulation.truth import Truth, rotations_of
 
 NOMINAL_SIGMA_MM = 0.005  # stated for exact measurements
 CHECK_SAMPLES = 60
@@ -59,7 +59,7 @@ def scene_design(
 ) -> Design:
     """The design of a scene; `sigma_mm` is stated for all measured coordinates, its starts are the truth."""
     curves = tuple(_curve(feature) for feature in features)
-    shapes = [shape_of(curve, curve.values) for curve in curves]
+    shapes = [feature.shape() for feature in features]
     places = np.random.default_rng(PLACES_SEED)
     curve_seen, locations = measure_curves(block, shapes, points_per_curve, places)
     points = _seen_twice(block, points)
@@ -130,15 +130,8 @@ def _points(points: PointFeatures) -> Points:
 
 
 def _curve(feature: Feature) -> Curve:
-    """The true curve, with uniform parameters: they do not depend on where the knots start."""
-    return Curve(
-        id=feature.id,
-        role=feature.role,
-        family=feature.family,
-        values=feature.values,
-        sigma=feature.sigma,
-        closed=feature.closed,
-        parameterization="uniform",
-        reference=None if feature.role == "control" else feature.values,
-        check_values=samples(feature, CHECK_SAMPLES) if feature.role == "check" else None,
-    )
+    """The true curve; given points of check splines lie on it."""
+    curve = feature.curve(feature.values)
+    if feature.role == "check":
+        curve = replace(curve, check_values=samples(feature, CHECK_SAMPLES))
+    return curve if feature.role == "control" else replace(curve, reference=feature.values)

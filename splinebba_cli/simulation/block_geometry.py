@@ -68,6 +68,14 @@ def six_image_block(format_mm: tuple[float, float] = (230.0, 230.0)) -> BlockGeo
     return BlockGeometry(eop, 150.0, format_mm, np.zeros(3))
 
 
+def four_images(base_m: float = 300.0, height_m: float = 500.0) -> BlockGeometry:
+    """Four nearly vertical views from the corners of a square about the origin, c = 150 mm, 1 : 3300."""
+    corners = 0.5 * base_m * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    tilt = np.radians([[1.0, -0.5, 3.0], [0.5, 1.0, 92.0], [-1.0, 0.5, 181.0], [-0.5, -1.0, -88.0]])
+    heights = height_m + np.array([2.0, -3.0, 1.0, -1.0])
+    return BlockGeometry(np.column_stack([tilt, corners, heights]), 150.0, (230.0, 230.0), np.zeros(3))
+
+
 def strip(
     images: int = 5,
     base_m: float = 300.0,

@@ -11,8 +11,9 @@ from typing import Literal
 
 import numpy as np
 
-from splinebba_cli.core.curves.natural_cubic import natural_cubic_basis
-from splinebba_cli.core.network import FloatArray, Role
+from splinebba_cli.core.curves.basis import CurveBasis
+from splinebba_cli.core.curves.registry import basis_of
+from splinebba_cli.core.network import Curve, FloatArray, Role
 
 SplineRole = Literal["control", "partial", "tie", "check"]
 
@@ -27,6 +28,34 @@ class Feature:
     sigma: FloatArray  # (k, 3) of the given values: 0 held, inf unknown
     family: str = "natural_cubic"
     closed: bool = False
+    continuity: int = -1  # of polynomial segments
+    natural_ends: bool = False
+    tension: float = 0.0  # of a cardinal spline
+    knot_parameters: FloatArray | None = None  # None: uniform
+    really: Feature | None = None  # the true curve, where the family only approximates it
+
+    def curve(self, values: FloatArray) -> Curve:
+        """The curve of some values; uniform parameters do not depend on where the knots start."""
+        return Curve(
+            id=self.id,
+            role=self.role,
+            family=self.family,
+            values=values,
+            sigma=self.sigma,
+            closed=self.closed,
+            knot_parameters=self.knot_parameters,
+            parameterization="uniform",
+            continuity=self.continuity,
+            natural_ends=self.natural_ends,
+            tension=self.tension,
+        )
+
+    def shape(self) -> tuple[CurveBasis, FloatArray]:
+        """Basis and coefficients of the true curve."""
+        if self.really is not None:
+            return self.really.shape()
+        basis = basis_of(self.curve(self.values))
+        return basis, basis.coefficients_from_values(self.values)
 
 
 @dataclass(frozen=True)
@@ -70,14 +99,23 @@ def shore(centre: tuple[float, float], radius_m: float, knots: int) -> FloatArra
     return np.column_stack([xy, terrain_height(xy[:, 0], xy[:, 1])])
 
 
+def circle_rows(
+    centre: tuple[float, float, float], radius_m: float, normal: tuple[float, float, float]
+) -> FloatArray:
+    """Centre and two radius vectors (3, 3) of a circle, the first one in the X-Z plane."""
+    up = np.asarray(normal) / np.linalg.norm(normal)
+    first = np.array([up[2], 0.0, -up[0]]) / np.hypot(up[0], up[2])
+    return np.vstack([centre, radius_m * first, radius_m * np.cross(up, first)])
+
+
 def control_spline(id: str, values: FloatArray) -> Feature:
     """A spline whose knots are all known and held."""
     return Feature(id, "control", values, np.zeros_like(values))
 
 
-def tie_spline(id: str, values: FloatArray, closed: bool = False) -> Feature:
+def tie_spline(id: str, values: FloatArray, closed: bool = False, family: str = "natural_cubic") -> Feature:
     """A spline of which nothing is known."""
-    return Feature(id, "tie", values, np.full_like(values, np.inf), closed=closed)
+    return Feature(id, "tie", values, np.full_like(values, np.inf), family=family, closed=closed)
 
 
 def check_spline(id: str, values: FloatArray) -> Feature:
@@ -94,11 +132,9 @@ def partial_control_spline(id: str, values: FloatArray, height_sigma_m: float = 
 
 
 def samples(feature: Feature, count: int) -> FloatArray:
-    """Points (count, 3) along a natural spline, for check splines."""
-    values = feature.values
-    segments = len(values) if feature.closed else len(values) - 1
-    basis = natural_cubic_basis(np.arange(segments + 1.0), feature.closed)
-    return basis.evaluate(np.linspace(0.0, segments, count), basis.coefficients_from_values(values))
+    """Points (count, 3) along the true curve, for check splines."""
+    basis, coefficients = feature.shape()
+    return basis.evaluate(np.linspace(basis.break_points[0], basis.break_points[-1], count), coefficients)
 
 
 def scattered_points(

@@ -15,7 +15,11 @@ import numpy as np
 from splinebba_cli.core.camera.collinearity import project
 from splinebba_cli.core.camera.distortion import measured_photo_xy
 from splinebba_cli.core.network import FloatArray, IntArray, Network
+from splinebba_cli.core.observations.arc_lengths import arc_lengths_at
+from splinebba_cli.core.observations.tangents import linearize_tangents
 from splinebba_cli.core.state import Prepared, State
+
+DIRECTION_STEP_MM = 1e-4  # to either side, for directions through the lens
 
 
 @dataclass(frozen=True)
@@ -45,17 +49,50 @@ def exact_curve_points(prepared: Prepared, state: State) -> FloatArray:
     return measured_xy(prepared, state, seen.image, xyz)
 
 
+def exact_arc_lengths(prepared: Prepared, state: State) -> FloatArray:
+    """True lengths of all arcs in the measured frame, whatever the rule of their adjustment, (q,) mm."""
+    network = prepared.network
+    every = np.arange(len(network.arc_lengths))
+    exact = replace(network.arc_lengths, simpson=np.zeros(len(every), dtype=bool))
+    prepared = replace(prepared, network=replace(network, arc_lengths=exact))
+    return arc_lengths_at(prepared, state, every) / prepared.arc_lengths.rate
+
+
+def exact_tangents(prepared: Prepared, state: State) -> FloatArray:
+    """True directions at all tangents in the measured frame, (q,) rad; in the sense of ascending locations."""
+    network = prepared.network
+    directed = replace(network.tangents, directed=np.ones(len(network.tangents), dtype=bool))
+    prepared = replace(prepared, network=replace(network, tangents=directed))
+    rows = linearize_tangents(prepared, state)
+    corrected = rows.residual * prepared.tangents.sigma + prepared.tangents.value
+    point = network.tangents.point
+    xyz = prepared.curves.evaluate(
+        state.coefficients, network.curve_observations.curve[point], state.location[point]
+    )[0]
+    image = network.curve_observations.image[point]
+    xy = project(prepared.principal_distance[image], state.rotation[image], state.position[image], xyz)
+    ahead = DIRECTION_STEP_MM * np.stack([np.cos(corrected), np.sin(corrected)], axis=1)
+    moved = with_lens(network, image, xy + ahead) - with_lens(network, image, xy - ahead)
+    return np.asarray(np.arctan2(moved[:, 1], moved[:, 0]))
+
+
 KINDS: tuple[ObservationKind, ...] = (
     ObservationKind("point_observations", "photo_xy", exact_points),
     ObservationKind("curve_observations", "photo_xy", exact_curve_points),
+    ObservationKind("arc_lengths", "length", exact_arc_lengths, ("first", "second")),
+    ObservationKind("tangents", "direction", exact_tangents, ("point",)),
 )
 
 
 def measured_xy(prepared: Prepared, state: State, image: IntArray, xyz: FloatArray) -> FloatArray:
     """Photo coordinates of object points with principal point and distortion applied, (n, 2) mm."""
-    network = prepared.network
     xy = project(prepared.principal_distance[image], state.rotation[image], state.position[image], xyz)
-    camera = network.images.camera[image]
+    return with_lens(prepared.network, image, xy)
+
+
+def with_lens(network: Network, image: IntArray, corrected: FloatArray) -> FloatArray:
+    """Photo coordinates as measured, of those in the corrected frame, (n, 2) mm."""
+    xy, camera = corrected.copy(), network.images.camera[image]
     for number, each in enumerate(network.cameras):
         rows = np.flatnonzero((camera == number) & np.isfinite(xy).all(axis=1))
         if len(rows):

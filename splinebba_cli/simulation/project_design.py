@@ -8,12 +8,13 @@ point is its foot point on the true curve.  Kinds without observations are place
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from splinebba_cli.core.approximation.starting_values import starting_state
 from splinebba_cli.core.camera.rotation import angles_from_rotation
-from splinebba_cli.core.network import BoolArray, Curve, FloatArray, Network
+from splinebba_cli.core.network import BoolArray, Curve, FloatArray, IntArray, Network
 from splinebba_cli.core.observations.locations import search_locations, squared_distance
 from splinebba_cli.core.state import prepare
 from splinebba_cli.errors import SimulationError
@@ -171,11 +172,19 @@ def _require_finite(network: Network) -> None:
         values: FloatArray = getattr(group, kind.value)
         bad = np.unique(np.argwhere(~np.isfinite(values))[:, 0])
         if len(bad):
-            name = network.images.ids[group.image[bad[0]]]
+            name = network.images.ids[_images_of(network, group)[bad[0]]]
             message = (
                 f"the truth puts {len(bad)} measured points behind their images, the first one: `{name}`"
             )
             raise SimulationError("SBB702", message, "check signs, units and rotation sequence of the truth")
+
+
+def _images_of(network: Network, group: Any) -> IntArray:
+    """Image of every observation of a kind, (n,); arc lengths and tangents lie where their measured points do."""
+    if hasattr(group, "image"):
+        return np.asarray(group.image)
+    point = group.first if hasattr(group, "first") else group.point
+    return np.asarray(network.curve_observations.image[point])
 
 
 def _listed(names: list[str]) -> str:

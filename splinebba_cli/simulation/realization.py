@@ -79,11 +79,12 @@ def realize(design: Design, noise: Noise, seed: int) -> Dropped:
 
 def exact_network(network: Network, truth: Truth) -> Network:
     """The network with noise-free measurements of all kinds at the truth; locations unknown."""
-    prepared = prepare(network)
-    state = true_state(prepared, truth)
     for kind in KINDS:
         if len(kind.of(network)):
-            network = with_values(network, kind, kind.exact(prepared, state))
+            prepared = prepare(
+                network
+            )  # lengths and directions are carried through the lens at the measured points
+            network = with_values(network, kind, kind.exact(prepared, true_state(prepared, truth)))
     unknown = np.full(len(network.curve_observations), np.nan)
     return replace(network, curve_observations=replace(network.curve_observations, location=unknown))
 

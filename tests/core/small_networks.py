@@ -13,8 +13,9 @@ from splinebba_cli.core.estimation.gauss_markov import solve
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
 from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.network import CurveObservations, FloatArray, IntArray, Network, RotationSequence
-from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows, value_rows
+from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
 from splinebba_cli.core.observations.locations import search_locations
+from splinebba_cli.core.observations.shape_conditions import control_rows
 from splinebba_cli.core.state import State, prepare
 from splinebba_cli.simulation.six_image_block import simulate_block
 from splinebba_cli.simulation.truth import Truth
@@ -103,7 +104,7 @@ def solved(network: Network, gauge_sigma_m: float | None = None) -> ConditionedS
     """A network adjusted with all gauge conditions in one stage."""
     prepared = prepare(network)
     layout = layout_of(prepared)
-    control = value_rows(prepared, layout.coefficient_mask)
+    control = control_rows(prepared, layout.coefficient_mask)
     gauge = gauge_rows(prepared, layout.coefficient_mask, gauge_sigma_m)
     rows = concatenate_rows([control, gauge], prepared.curves.support)
     assembler = Assembler(prepared, layout, rows)

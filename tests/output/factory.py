@@ -185,12 +185,14 @@ def _residuals(rng: np.random.Generator, count: int, *, on_curves: bool) -> Resi
             residual / (0.007 * np.sqrt(redundancy)),
             nan,
             np.full((count, 2), np.nan),
+            nan,
         )
     redundancy = np.column_stack([rng.uniform(0.5, 0.95, count), np.zeros(count)])
     standardized = np.column_stack([across / (0.007 * np.sqrt(redundancy[:, 0])), nan])
     if count:
         standardized[0, 0] = 4.7
-    return ResidualTable(residual, across, redundancy, standardized, rng.uniform(0, 4, count), normal)
+    location, sigma = rng.uniform(0, 4, count), rng.uniform(1e-4, 1e-3, count)
+    return ResidualTable(residual, across, redundancy, standardized, location, normal, sigma)
 
 
 def _observations(

@@ -38,7 +38,7 @@ def result_of(network: Network) -> AdjustmentResult:
         )  # fmt: skip
         curves.append(one)
     xyz = np.nan_to_num(network.points.xyz) + network.origin + 0.125
-    empty = ResidualTable(*[np.zeros((0, 2))] * 6)
+    empty = ResidualTable(*[np.zeros((0, 2))] * 7)
     return AdjustmentResult(
         network, True, "step negligible", (), Statistics(0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, None),
         ImageResult(eop, rotation_object_from_photo(eop[:, :3]), np.zeros((count, 6, 6)), eop > -9e9),

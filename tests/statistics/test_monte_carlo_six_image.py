@@ -31,7 +31,8 @@ KINDS = [
     pytest.param("six-image-mixed", marks=LONG),
     pytest.param("strip", marks=LONG),
 ]
-DETERMINED = [kind for kind in SCENES if kind != "six-image-singular"]
+# a natural spline only approximates the circle of circle-three-ways: see tests/core/quality/test_circle_three_ways.py
+DETERMINED = [kind for kind in SCENES if kind not in ("six-image-singular", "circle-three-ways")]
 
 
 @cache

@@ -32,9 +32,9 @@ from splinebba_cli.core.observations.coefficient_rows import (
     concatenate_rows,
     gauge_rows,
     knot_distance,
-    value_rows,
 )
 from splinebba_cli.core.observations.locations import held_locations, search_locations
+from splinebba_cli.core.observations.shape_conditions import control_rows
 from splinebba_cli.core.state import Prepared, State
 
 WAYS = (
@@ -179,7 +179,7 @@ def _adjusted(prepared: Prepared, state: State, observer: Observer | None) -> Ca
     """All curves adjusted with orientations and points held, and priced."""
     layout = layout_of(prepared).hold_images()
     rows = [
-        value_rows(prepared, layout.coefficient_mask),
+        control_rows(prepared, layout.coefficient_mask),
         gauge_rows(prepared, layout.coefficient_mask, prepared.network.settings.gauge_sigma_m),
     ]
     assembler = Assembler(prepared, layout, concatenate_rows(rows, prepared.curves.support))

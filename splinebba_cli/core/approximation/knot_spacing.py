@@ -13,9 +13,10 @@ import numpy as np
 
 from splinebba_cli.core.curves.basis import CurveBasis, knot_parameters
 from splinebba_cli.core.curves.natural_cubic import natural_cubic_basis
+from splinebba_cli.core.curves.registry import lasting_parameters
 from splinebba_cli.core.curves.support import supported_knots
 from splinebba_cli.core.network import Curve, FloatArray, Network
-from splinebba_cli.core.state import Prepared, State, prepare
+from splinebba_cli.core.state import Prepared, State, initial_coefficients, prepare
 
 SAMPLES_PER_SEGMENT = 40
 FEWEST_LOCATED = 8  # measured points from which stretches without measurements can be told
@@ -58,20 +59,15 @@ def respaced_network(
 def restart(network: Network, curves: tuple[Curve, ...], state: State) -> tuple[Prepared, State]:
     """Prepared network and state with other curves at their values."""
     new = prepare(replace(network, curves=curves))
-    parts = [
-        basis.coefficients_from_values(curve.values)
-        for basis, curve in zip(new.curves.bases, curves, strict=True)
-    ]
     unknown = np.full(len(network.curve_observations), np.nan)
-    return new, replace(state, coefficients=np.vstack(parts), location=unknown)
+    return new, replace(state, coefficients=initial_coefficients(new), location=unknown)
 
 
 def present_curve(prepared: Prepared, k: int, own: FloatArray) -> Curve:
     """A curve with its present values; given (control) values and its parameters stay as they are."""
     curve, basis = prepared.network.curves[k], prepared.curves.bases[k]
     values = np.where(np.isinf(curve.sigma), basis.values_from_coefficients(own), curve.values)
-    parameters = basis.break_points if curve.family == "natural_cubic" else curve.knot_parameters
-    return replace(curve, values=values, knot_parameters=parameters)
+    return replace(curve, values=values, knot_parameters=lasting_parameters(curve, basis))
 
 
 def respaced(

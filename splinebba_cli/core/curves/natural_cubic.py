@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from splinebba_cli.core.curves.basis import CurveBasis, knot_parameters
+from splinebba_cli.core.curves.bspline_tables import bspline_power_tables, clamped, periodic_tables
 from splinebba_cli.core.network import Curve, FloatArray, IntArray
 
 
@@ -39,7 +40,7 @@ def natural_cubic_basis(
             raise ValueError("a closed natural spline needs at least three knots")
         if breaks:
             raise ValueError("corners in a closed spline are not supported: open it at a corner")
-        power, columns = _closed_tables(parameters)
+        power, columns = periodic_tables(np.asarray(parameters, dtype=float))
         count = segments
     else:
         power, columns = _open_tables(parameters, breaks)
@@ -83,9 +84,7 @@ def _natural_piece(parameters: FloatArray) -> tuple[FloatArray, IntArray]:
         power = np.zeros((1, 4, 4))
         power[0, 0, 0], power[0, 1, 0], power[0, 1, 1] = 1.0, -1.0, 1.0
         return power, np.array([[0, 1, 0, 0]])
-    extended = np.concatenate([[parameters[0]] * 3, parameters, [parameters[-1]] * 3])
-    power = bspline_power_tables(extended)
-    full = np.arange(n)[:, None] + np.arange(4)  # B-spline coefficients b_0..b_{n+2}
+    power, full = bspline_power_tables(clamped(parameters, 3))  # B-spline coefficients b_0..b_{n+2}
     columns = np.clip(full - 1, 0, n)  # b_0 -> 0, b_j -> j - 1, b_{n+2} -> n (b_1, b_{n+1} see below)
     second_start = power[0, 2].copy()
     second_end = 2.0 * power[-1, 2] + 6.0 * power[-1, 3]
@@ -121,48 +120,3 @@ def _eliminate(
         else:
             power[segment, :, slot] = to_end * weight
         columns[segment, slot] = end_column
-
-
-def _closed_tables(parameters: FloatArray) -> tuple[FloatArray, IntArray]:
-    n = len(parameters) - 1
-    lengths = np.diff(parameters)
-    period = parameters[-1] - parameters[0]
-    turns = np.arange(-3, n + 4)
-    extended = parameters[0] + (turns // n) * period + np.concatenate([[0.0], np.cumsum(lengths)])[turns % n]
-    power = bspline_power_tables(extended)
-    columns = (np.arange(n)[:, None] + np.arange(4)) % n
-    if n == 3:  # the fourth coefficient is the first one again
-        power[:, :, 0] += power[:, :, 3]
-        power[:, :, 3] = 0.0
-    return power, columns
-
-
-def bspline_power_tables(extended: FloatArray) -> FloatArray:
-    """Power form of the four cubic B-splines on every segment of an extended knot vector.
-
-    de Boor's recursion on polynomials in t.  `extended` has three more knots at either end; segment s lies between
-    extended[s + 3] and extended[s + 4].
-
-    Returns
-    -------
-    (S, 4, 4) float : power of t, B-spline s + j
-    """
-    segments = len(extended) - 7
-    left, right = extended[3 : 3 + segments], extended[4 : 4 + segments]
-    length = right - left
-    table = np.ones((segments, 1, 1))
-    for degree in range(1, 4):
-        new = np.zeros((segments, degree + 1, degree + 1))
-        for j in range(degree):  # lower function j supports new functions j and j + 1
-            low = extended[3 + j - degree + 1 : 3 + j - degree + 1 + segments]
-            high = extended[4 + j : 4 + j + segments]
-            span = high - low
-            lower = table[:, :, j]
-            falling_0, rising_0 = (high - left) / span, (left - low) / span
-            slope = length / span
-            new[:, :-1, j] += falling_0[:, None] * lower
-            new[:, 1:, j] -= slope[:, None] * lower
-            new[:, :-1, j + 1] += rising_0[:, None] * lower
-            new[:, 1:, j + 1] += slope[:, None] * lower
-        table = new
-    return table

@@ -1,54 +1,113 @@
-"""Polynomials of degree 0 to 3 in t on [0, 1], by their coefficients (Lee, table 5.2; 3.9 for one segment).
+"""Polynomials of degree 0 to 3 in t on [0, 1] of one or several segments, by their coefficients (Lee, table 5.2; 3.9).
 
-    X(t) = a_0 + a_1 t + ... + a_d t^d
+    X(t) = a_0 + a_1 t + ... + a_d t^d   on every segment
 
-The free cubic segment (d = 3) is Lee's segment of tables 5.4 to 5.12 with its twelve numbers.  t -> alpha t + beta
-maps the family onto itself: two null directions for d >= 1, none for d = 0 (a point).
+Values: a_0 .. a_d of the first segment, then of the second, and so on, whatever the continuity.  The free cubic segment
+(d = 3) is Lee's segment of tables 5.4 to 5.12 with its twelve numbers.
+
+Continuity is exact: the coefficients of joined segments are those of the B-spline whose inner knots are repeated
+d - k times (C^k), with natural ends those of a natural spline.  Of n cubic segments, 4n (C-1), 3n + 1 (C0), 2n + 2
+(C1), n + 3 (C2) or n + 1 (natural) are left.  Derivatives are those over u: with unequal knot parameters the a_1 of
+neighbours differ by the ratio of their lengths.
+
+u -> alpha u + beta of every segment maps unjoined ones onto themselves: two nulls a segment for d >= 1.  Joints take
+them away: n + 1 with C0, 2 with C1 (one map for all), with C2 one for two segments and none for more or with natural
+ends.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from splinebba_cli.core.curves.basis import CurveBasis
-from splinebba_cli.core.network import Curve
+from splinebba_cli.core.curves.basis import MAX_POWER, CurveBasis, knot_parameters
+from splinebba_cli.core.curves.bspline_tables import bspline_power_tables, clamped
+from splinebba_cli.core.curves.natural_cubic import natural_cubic_basis
+from splinebba_cli.core.network import Curve, FloatArray, IntArray
+
+INSIDE = 1e-3  # of a segment: anchors of unjoined segments keep away from the joint, where two curves meet
 
 
-def polynomial_basis(degree: int) -> CurveBasis:
-    """Basis 1, t, ..., t^degree on one segment."""
-    count = degree + 1
-    power = np.zeros((1, 4, count))
-    power[0, np.arange(count), np.arange(count)] = 1.0
-    columns = np.arange(count)[None, :]
+def polynomial_basis(
+    degree: int, parameters: FloatArray, continuity: int = -1, *, natural: bool = False
+) -> CurveBasis:
+    """Basis of polynomial segments.
+
+    Parameters
+    ----------
+    parameters : (n + 1,) float, strictly ascending
+    continuity : -1 to degree - 1
+    natural : X'' = 0 at both ends; degree 3, C2 or a single segment
+    """
+    segments = len(parameters) - 1
+    rows = degree + 1
+    if natural:
+        basis = natural_cubic_basis(parameters)
+        power, columns = basis.power, basis.columns
+    elif continuity < 0 or segments == 1:
+        power = np.zeros((segments, MAX_POWER, rows))
+        power[:, np.arange(rows), np.arange(rows)] = 1.0
+        columns = np.arange(segments * rows).reshape(segments, rows)
+    else:
+        power, columns = bspline_power_tables(clamped(parameters, degree, continuity), degree)
+    value_columns, value_weights = _values(power[:, :rows], columns)
+    joined = continuity >= 0 or natural
     return CurveBasis(
-        break_points=np.array([0.0, 1.0]),
+        break_points=parameters,
         power=power,
         columns=columns,
-        value_columns=np.arange(count)[:, None],
-        value_weights=np.ones((count, 1)),
-        value_is_position=np.arange(count) == 0,
-        coefficient_count=count,
+        value_columns=value_columns,
+        value_weights=value_weights,
+        value_is_position=np.arange(segments * rows) % rows == 0,
+        coefficient_count=int(columns.max()) + 1,
         closed=False,
         has_location=degree > 0,
-        anchors=np.array([0.0, 1.0]) if degree > 0 else np.zeros(0),
+        anchors=np.zeros(0) if degree == 0 else parameters if joined else _segment_ends(parameters),
     )
+
+
+def _values(power: FloatArray, columns: IntArray) -> tuple[IntArray, FloatArray]:
+    """a_0 .. a_d of all segments as rows over the coefficients; one slot where the rows are the coefficients."""
+    width = columns.shape[1]
+    if power.shape[1] == width and (power == np.eye(width)).all():
+        return columns.reshape(-1, 1), np.ones((columns.size, 1))
+    return np.repeat(columns, power.shape[1], axis=0), power.reshape(-1, width)
+
+
+def _segment_ends(parameters: FloatArray) -> FloatArray:
+    """Both ends of every segment, those at joints a little inside."""
+    inside = INSIDE * np.diff(parameters)
+    start, end = parameters[:-1] + inside, parameters[1:] - inside
+    start[0], end[-1] = parameters[0], parameters[-1]
+    return np.stack([start, end], axis=1).ravel()
+
+
+def _of_curve(curve: Curve, degree: int) -> CurveBasis:
+    rows, segments = degree + 1, len(curve.values) // (degree + 1)
+    if segments < 1 or len(curve.values) != segments * rows or (degree == 0 and segments > 1):
+        raise ValueError(f"{curve.family} needs {rows} rows a segment, not {len(curve.values)}")
+    if not -1 <= curve.continuity <= max(degree - 1, -1):
+        raise ValueError(f"segments of {curve.family} cannot be joined C{curve.continuity}")
+    if curve.natural_ends and (degree != 3 or (curve.continuity != 2 and segments > 1)):
+        raise ValueError("natural ends belong to cubic segments joined C2")
+    parameters = knot_parameters(np.zeros((segments + 1, 3)), "uniform", False, curve.knot_parameters)
+    return polynomial_basis(degree, parameters, curve.continuity, natural=curve.natural_ends)
 
 
 def polynomial_0(curve: Curve) -> CurveBasis:
     """A point."""
-    return polynomial_basis(0)
+    return _of_curve(curve, 0)
 
 
 def polynomial_1(curve: Curve) -> CurveBasis:
-    """A straight line by point and direction."""
-    return polynomial_basis(1)
+    """Straight lines by point and direction."""
+    return _of_curve(curve, 1)
 
 
 def polynomial_2(curve: Curve) -> CurveBasis:
-    """A parabola."""
-    return polynomial_basis(2)
+    """Parabolas."""
+    return _of_curve(curve, 2)
 
 
 def polynomial_3(curve: Curve) -> CurveBasis:
-    """A cubic; the free cubic segment."""
-    return polynomial_basis(3)
+    """Cubics; the free cubic segment."""
+    return _of_curve(curve, 3)

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from splinebba_cli.core.estimation.datum import needed_conditions
+from splinebba_cli.core.curves.registry import FAMILIES, TIGHT
+from splinebba_cli.core.estimation.datum import jointly_needed, needed_conditions
 from splinebba_cli.core.estimation.gauss_markov import Observer, Solution, solve
 from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.estimation.parameters import ParameterLayout
 from splinebba_cli.core.estimation.window_map import WindowMap
-from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.core.observations.coefficient_rows import CoefficientRows, concatenate_rows
 from splinebba_cli.core.state import Prepared, State
 
@@ -38,6 +39,29 @@ def leverage_of(rows: CoefficientRows, assembler: Assembler, solution: Solution)
     return np.asarray(np.einsum("qi,qij,qj->q", j, window.gather(values), j, optimize=True))
 
 
+def _needed(gauge: CoefficientRows, active: BoolArray, best: ConditionedSolution) -> BoolArray:
+    """Which conditions to keep; jointly for curves that can be parametrised anew as a whole."""
+    keep = needed_conditions(active, leverage_of(gauge, best.assembler, best.solution))
+    curves = best.assembler.prepared.network.curves
+    for number in np.unique(gauge.curve[active & ~keep]):
+        if FAMILIES[curves[number].family].gauge_fraction == TIGHT:
+            rows = np.flatnonzero(active & (gauge.curve == number))
+            keep[rows] = jointly_needed(joint_cofactors(gauge.select(rows), best))
+    return keep
+
+
+def joint_cofactors(rows: CoefficientRows, best: ConditionedSolution) -> FloatArray:
+    """G Q G' of some rows at a solution, (q, q)."""
+    factor, layout = best.solution.factor, best.assembler.layout
+    if factor is None:
+        return np.eye(len(rows))
+    matrix = np.zeros((len(rows), int(layout.node_starts[-1])))
+    place = layout.unknown_of_coefficient[rows.columns][:, :, None] + np.arange(3)
+    jacobian = rows.jacobian * layout.coefficient_mask[rows.columns]
+    np.add.at(matrix, (np.arange(len(rows))[:, None, None], place), jacobian)
+    return np.asarray(matrix @ factor.solve(np.ascontiguousarray(matrix.T)))
+
+
 def solve_with_conditions(
     prepared: Prepared, layout: ParameterLayout, control: CoefficientRows, gauge: CoefficientRows, state: State,
     *, max_iterations: int, stage: str, damping: float, observer: Observer | None, select: bool = True,
@@ -61,7 +85,7 @@ def solve_with_conditions(
     for _ in range(ROUNDS):
         if not best.solution.converged:
             break
-        keep = needed_conditions(active, leverage_of(gauge, best.assembler, best.solution))
+        keep = _needed(gauge, active, best)
         if np.array_equal(keep, active):
             break
         chosen = np.flatnonzero(keep)

@@ -19,7 +19,7 @@ from splinebba_cli.core.estimation.normal_equations import Assembler, Linearizat
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.core.observations.locations import held_locations, refine_locations, search_locations
 from splinebba_cli.core.result import Iteration
-from splinebba_cli.core.state import State
+from splinebba_cli.core.state import State, on_shape
 
 START_DAMPING, SMALLEST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-8, 1e6
 SETTLED = 1e-3  # relative decrease below which a curve has settled well enough for a start
@@ -89,7 +89,7 @@ def _step(assembler: Assembler, at: Linearization, damping: FloatArray) -> State
         return at.state
     reduced = factor.solve(at.base_side) * assembler.mask
     coefficients = reduced[layout.unknown_of_coefficient[:, None] + np.arange(3)]
-    return replace(at.state, coefficients=at.state.coefficients + coefficients)
+    return replace(at.state, coefficients=on_shape(assembler.prepared, at.state.coefficients + coefficients))
 
 
 def _evaluate(

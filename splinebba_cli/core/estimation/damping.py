@@ -70,6 +70,8 @@ def curve_costs(assembler: Assembler, at: Linearization) -> FloatArray:
     count = len(assembler.prepared.curves.bases)
     observed = assembler.prepared.network.curve_observations
     cost = np.bincount(observed.curve[at.curve.point], at.curve.residual**2, minlength=count)
+    if len(assembler.prepared.chains):
+        cost += np.bincount(observed.curve, at.linked.of_points(assembler.prepared), minlength=count)
     return np.asarray(
         cost + np.bincount(assembler.coefficient_rows.curve, at.coefficient_residual**2, minlength=count)
     )

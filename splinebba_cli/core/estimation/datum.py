@@ -43,6 +43,29 @@ def needed_conditions(active: BoolArray, leverage: FloatArray) -> BoolArray:
     return np.where(active, leverage > KEEP_LEVERAGE, leverage > KEEP_LEVERAGE / (1.0 - KEEP_LEVERAGE))
 
 
+def jointly_needed(cofactors: FloatArray) -> BoolArray:
+    """Which conditions of one curve to keep where several of them hold the same direction.
+
+    One after another the condition with the smallest leverage is dropped; the others then take over its share,
+
+        Q' = Q + q_i q_i' / (1 - q_ii),   q_i the column of the dropped one.
+
+    Parameters
+    ----------
+    cofactors : (q, q) G Q G' of the conditions that took part, in units of their sigma squared
+    """
+    found = cofactors.copy()
+    keep = np.ones(len(found), dtype=bool)
+    while keep.any():
+        weakest = np.flatnonzero(keep)[np.argmin(np.diag(found)[keep])]
+        own = found[weakest, weakest]
+        if own > KEEP_LEVERAGE:
+            break
+        found += np.outer(found[weakest], found[weakest]) / (1.0 - own)
+        keep[weakest] = False
+    return keep
+
+
 def minimal_datum(layout: ParameterLayout, state: State) -> ParameterLayout:
     """The layout with seven orientation unknowns held.
 

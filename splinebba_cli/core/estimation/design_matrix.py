@@ -46,9 +46,10 @@ def design_matrix(
     width = reduced + 3 * len(network.points.ids)
     parts = [
         _curve_part(assembler, at, width),
+        *_linked_parts(at, width),
         _point_part(assembler, at, width, reduced),
         _prior_part(assembler, at, width, reduced),
-        _coefficient_part(assembler, width, coefficient_rows),
+        _coefficient_part(assembler, at, width, coefficient_rows),
     ]
     mask = np.concatenate([assembler.mask, observed_point_mask(assembler).ravel()])
     columns = np.flatnonzero(mask > 0.0)
@@ -66,6 +67,18 @@ def _curve_part(assembler: Assembler, at: Linearization, width: int) -> FloatArr
         rows[line, 6 * at.curve.image[:, None] + np.arange(size)] = at.curve_jacobian[:, :size]
         np.add.at(rows, (line, place), at.curve_jacobian[:, size:-1])
     return rows
+
+
+def _linked_parts(at: Linearization, width: int) -> list[FloatArray]:
+    """Rows of the chains, their locations eliminated."""
+    parts = []
+    for window in at.linked_windows:
+        kept = window.masked(window.batch.eliminated.kept)
+        rows = np.zeros((*kept.shape[:2], width))
+        chain, line = np.ogrid[: kept.shape[0], : kept.shape[1]]
+        np.add.at(rows, (chain[:, :, None], line[:, :, None], window.unknowns[:, None, :]), kept)
+        parts.append(rows.reshape(-1, width))
+    return parts
 
 
 def _point_part(assembler: Assembler, at: Linearization, width: int, reduced: int) -> FloatArray:
@@ -91,13 +104,15 @@ def _prior_part(assembler: Assembler, at: Linearization, width: int, reduced: in
     return np.vstack([orientation, points])
 
 
-def _coefficient_part(assembler: Assembler, width: int, chosen: IntArray | None) -> FloatArray:
-    rows = assembler.coefficient_rows
+def _coefficient_part(
+    assembler: Assembler, at: Linearization, width: int, chosen: IntArray | None
+) -> FloatArray:
+    columns, jacobian = assembler.coefficient_rows.columns, at.coefficient_jacobian
     if chosen is not None:
-        rows = rows.select(chosen)
-    out = np.zeros((len(rows), width))
-    if len(rows):
-        unknown = assembler.layout.unknown_of_coefficient[rows.columns]
-        place = (unknown[:, :, None] + np.arange(3)).reshape(len(rows), -1)
-        np.add.at(out, (np.arange(len(rows))[:, None], place), rows.jacobian.reshape(len(rows), -1))
+        columns, jacobian = columns[chosen], jacobian[chosen]
+    out = np.zeros((len(columns), width))
+    if len(columns):
+        unknown = assembler.layout.unknown_of_coefficient[columns]
+        place = (unknown[:, :, None] + np.arange(3)).reshape(len(columns), -1)
+        np.add.at(out, (np.arange(len(columns))[:, None], place), jacobian.reshape(len(columns), -1))
     return out

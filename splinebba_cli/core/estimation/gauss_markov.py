@@ -21,7 +21,7 @@ from splinebba_cli.core.estimation.normal_equations import Assembler, Linearizat
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.core.observations.locations import held_locations, refine_locations, search_locations
 from splinebba_cli.core.result import Iteration
-from splinebba_cli.core.state import State
+from splinebba_cli.core.state import State, on_shape
 
 NEGLIGIBLE = 1e-6  # of sigma
 STATIONARY = 5e-2  # of sigma, where the cost no longer changes
@@ -57,8 +57,7 @@ class Solution:
     @property
     def held(self) -> IntArray:
         """Measured points whose location is held at its bound."""
-        rows = self.linearization.curve
-        return rows.point[len(rows.speed) :]
+        return self.linearization.held
 
 
 @dataclass(frozen=True)
@@ -276,6 +275,6 @@ def apply_step(assembler: Assembler, state: State, reduced: FloatArray, points: 
         state,
         rotation=state.rotation @ rotation_from_vector(images[:, :3]),
         position=state.position + images[:, 3:],
-        coefficients=state.coefficients + coefficients,
+        coefficients=on_shape(assembler.prepared, state.coefficients + coefficients),
         xyz=state.xyz + points,
     )

@@ -17,12 +17,14 @@ from splinebba_cli.core.estimation.elimination import (
     PointPairs,
     eliminate_points,
 )
+from splinebba_cli.core.estimation.linked_windows import LinkedWindows, linked_pairs
 from splinebba_cli.core.estimation.parameters import ORIENTATION_SIZE, ParameterLayout, node_positions
 from splinebba_cli.core.estimation.window_map import Slot, WindowMap, pair_map
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.observations.coefficient_rows import CoefficientRows
 from splinebba_cli.core.observations.curve_points import CurveRows, linearize_curve_points
 from splinebba_cli.core.observations.image_points import PointRows, linearize_image_points
+from splinebba_cli.core.observations.linked_points import LinkedEquations, linearize_linked_points
 from splinebba_cli.core.observations.orientation_priors import PriorRows, linearize_orientation_priors
 from splinebba_cli.core.observations.second_order_rows import second_order_rows
 from splinebba_cli.core.row_groups import RowGroups
@@ -47,10 +49,14 @@ class Linearization:
     curve: CurveRows
     curve_jacobian: FloatArray  # (k, 6 or 0 + 3 w + 1) masked, the residual last
     windows: CurveWindows
+    linked: LinkedEquations
+    linked_windows: tuple[LinkedWindows, ...]
+    held: IntArray  # measured curve points whose location is no unknown, or no foot point yet
     points: PointRows
     orientation_priors: PriorRows
     point_prior_residual: FloatArray  # (n, 3) whitened
     coefficient_residual: FloatArray  # (q,) whitened, values and conditions
+    coefficient_jacobian: FloatArray  # (q, w, 3) of the same, at the state
     cost: float
     base_values: FloatArray  # flat, before points are eliminated, removed unknowns with unit diagonal
     base_side: FloatArray  # (N,)
@@ -107,7 +113,9 @@ class Assembler:
             self.point_inverse_sigma > 0.0, (state.xyz - network.points.xyz) * self.point_inverse_sigma, 0.0
         )
         coefficient = self.coefficient_rows.residual(state.coefficients)
-        windows = self._curve_windows(curve, state)
+        coefficient_jacobian = self.coefficient_rows.jacobian_at(state.coefficients)
+        linked = linearize_linked_points(self.prepared, state, held)
+        windows, linked_windows = self._windows_at(curve, linked)
         columns = self.prepared.curves.columns[curve.segment]
         local = curve.weights[:, :, None] * curve.direction[:, None, :] * layout.coefficient_mask[columns]
         jacobian = np.concatenate(
@@ -118,13 +126,20 @@ class Assembler:
             ],
             axis=1,
         )
-        values, side = self._base(jacobian, windows, points, priors, coefficient)
+        values, side = self._base(jacobian, windows, points, priors, coefficient, coefficient_jacobian)
+        for window in linked_windows:
+            window.add(values, side)
+        self._unit_diagonal(values)
         cost = (
-            curve.cost + points.cost + priors.cost + float(np.sum(point_prior**2) + coefficient @ coefficient)
-        )
+            curve.cost + linked.cost + points.cost + priors.cost
+            + float(np.sum(point_prior**2) + coefficient @ coefficient)
+        )  # fmt: skip
+        linked_held = held[self.prepared.chains.linked[held]]
+        all_held = np.concatenate([curve.point[len(curve.speed) :], linked_held])
         return Linearization(
-            state, curve, jacobian, windows, points, priors, point_prior, coefficient, cost, values, side
-        )
+            state, curve, jacobian, windows, linked, linked_windows, all_held, points, priors, point_prior,
+            coefficient, coefficient_jacobian, cost, values, side,
+        )  # fmt: skip
 
     def eliminate(self, at: Linearization, damping: float) -> tuple[FloatArray, FloatArray, EliminatedPoints]:
         """Flat values and right-hand side of the reduced system, points eliminated, diagonal times 1 + damping."""
@@ -203,6 +218,7 @@ class Assembler:
         points: PointRows,
         priors: PriorRows,
         coefficient: FloatArray,
+        coefficient_jacobian: FloatArray,
     ) -> tuple[FloatArray, FloatArray]:
         structure, layout = self.structure, self.layout
         values, side = np.zeros(int(structure.offsets[-1])), np.zeros(int(layout.node_starts[-1]))
@@ -238,11 +254,10 @@ class Assembler:
         values[place] += image_blocks.reshape(-1, 36)
         rows = self.coefficient_rows
         if len(rows):
-            j = (rows.jacobian * layout.coefficient_mask[rows.columns]).reshape(len(rows), -1)
+            j = (coefficient_jacobian * layout.coefficient_mask[rows.columns]).reshape(len(rows), -1)
             self.row_window().add(values, j[:, :, None] * j[:, None, :])
             place = (unknown[rows.columns][:, :, None] + np.arange(3)).reshape(len(rows), -1)
             np.subtract.at(side, place, j * coefficient[:, None])
-        self._unit_diagonal(values)
         return values, side
 
     def _unit_diagonal(self, values: FloatArray) -> None:
@@ -252,22 +267,36 @@ class Assembler:
         structure = self.structure
         values[structure.offsets[structure.find(node, node)] + local * (structure.sizes[node] + 1)] = 1.0
 
-    def _curve_windows(self, curve: CurveRows, state: State) -> CurveWindows:
-        """Windows of the current segments; the pattern grows when a location reaches a new segment."""
+    def _windows_at(
+        self, curve: CurveRows, linked: LinkedEquations
+    ) -> tuple[CurveWindows, tuple[LinkedWindows, ...]]:
+        """Windows of the current segments and chains; the pattern grows when a location reaches a new segment."""
         keys = curve.image * int(self.prepared.curves.segment_start[-1] + 1) + curve.segment
-        if self._windows is not None and np.array_equal(keys, self._windows_of):
-            return self._windows
-        groups = RowGroups.of(keys)
+        if self._windows is None or not np.array_equal(keys, self._windows_of):
+            groups = RowGroups.of(keys)
+        else:
+            groups = self._windows.groups
         image, segment = curve.image[groups.representative], curve.segment[groups.representative]
-        slots = self._slots(image, segment)
         if self._structure is None:
-            self._rebuild(image, segment)
-        try:
-            window = WindowMap.of(self.structure, slots)
-        except KeyError:
-            self._rebuild(image, segment)
-            window = WindowMap.of(self.structure, slots)
-        self._windows, self._windows_of = CurveWindows(groups, image, segment, window), keys
+            self._rebuild(image, segment, linked)
+        for _ in range(2):
+            try:
+                windows = self._curve_windows(groups, image, segment, keys)
+                return windows, tuple(
+                    LinkedWindows.of(batch, self.layout, self.structure, self.orientation_size)
+                    for batch in linked.batches
+                )
+            except KeyError:
+                self._rebuild(image, segment, linked)
+        raise RuntimeError("a pair of nodes is missing in a pattern that was made for it")
+
+    def _curve_windows(
+        self, groups: RowGroups, image: IntArray, segment: IntArray, keys: IntArray
+    ) -> CurveWindows:
+        """Windows of the current segments, the last ones where nothing has changed."""
+        if self._windows is None or groups is not self._windows.groups:
+            window = WindowMap.of(self.structure, self._slots(image, segment))
+            self._windows, self._windows_of = CurveWindows(groups, image, segment, window), keys
         return self._windows
 
     def _slots(self, image: IntArray, segment: IntArray) -> list[Slot]:
@@ -275,7 +304,7 @@ class Assembler:
         slots = [Slot(image, np.zeros_like(image), ORIENTATION_SIZE)] if self.orientation_size else []
         return slots + self.slots_of_columns(self.prepared.curves.columns[segment])
 
-    def _rebuild(self, image: IntArray, segment: IntArray) -> None:
+    def _rebuild(self, image: IntArray, segment: IntArray, linked: LinkedEquations) -> None:
         layout, curves = self.layout, self.prepared.curves
         node = layout.node_of_coefficient
         rows, columns = [], []
@@ -296,13 +325,17 @@ class Assembler:
             for j in range(curves.support):
                 rows.append(image[same])
                 columns.append(node[curves.columns[near[same], j]])
+        for batch in linked.batches:
+            first, second = linked_pairs(batch, layout, self.orientation_size)
+            rows.append(first)
+            columns.append(second)
         observed = self.prepared.network.point_observations
         rows.append(observed.image[self.pairs.a])
         columns.append(observed.image[self.pairs.b])
         self._structure = BlockStructure.from_pairs(
             layout.node_sizes, np.concatenate(rows), np.concatenate(columns)
         )
-        self._symbolic, self._row_map = None, None
+        self._symbolic, self._row_map, self._windows = None, None, None
         if len(observed):
             a, b = observed.image[self.pairs.a], observed.image[self.pairs.b]
             zero = np.zeros_like(a)

@@ -2,6 +2,7 @@
 
     control     (sum_j m_kj P_j - value_k)_d / sigma_kd = v
     gauge       tau_a' (sum_j N_j(u_a) P_j - X0(u_a)) / sigma = v,  tau the unit tangent of the reference curve
+    shape       1/2 sum_jl K_jl P_j . P_l = v   (shape_conditions.py): quadratic, linearised at every state
 
 Every row touches at most w coefficients.  (theory, sections 6 and 7)
 """
@@ -12,30 +13,50 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from splinebba_cli.core.curves.registry import FAMILIES
 from splinebba_cli.core.network import Curve, FloatArray, IntArray
 from splinebba_cli.core.state import Prepared
 
+GAUGE, SHAPE = 3, 4  # components of conditions
 HELD_FRACTION = 1e-6  # sigma of a held inner knot, as a share of the knot distance
 
 
 @dataclass(frozen=True)
 class CoefficientRows:
-    """Rows J p = target, whitened; p the coefficients in `columns`, coordinate fastest."""
+    """Rows J p + 1/2 sum_jl K_jl p_j . p_l = target, whitened; p the coefficients in `columns`, coordinate fastest."""
 
     curve: IntArray  # (q,)
     row: IntArray  # (q,) row of `values`, or number of the anchor
-    component: IntArray  # (q,) 0, 1, 2, or 3 along the tangent
+    component: IntArray  # (q,) 0, 1, 2, or GAUGE (along the tangent), or SHAPE
     columns: IntArray  # (q, w)
-    jacobian: FloatArray  # (q, w, 3)
+    jacobian: FloatArray  # (q, w, 3) of the linear part
     target: FloatArray  # (q,)
     sigma: FloatArray  # (q,) metres
+    curvature: FloatArray  # (q, w, w) K; 0 of all but shape conditions
 
     def __len__(self) -> int:
         return len(self.curve)
 
     def residual(self, coefficients: FloatArray) -> FloatArray:
-        """Whitened residuals J p - target, (q,)."""
-        return np.asarray(np.einsum("qwd,qwd->q", self.jacobian, coefficients[self.columns]) - self.target)
+        """Whitened residuals, (q,)."""
+        found = np.einsum("qwd,qwd->q", self.jacobian, coefficients[self.columns]) - self.target
+        shape, own = self._shape(coefficients)
+        found[shape] += 0.5 * np.einsum("qjl,qjd,qld->q", self.curvature[shape], own, own)
+        return np.asarray(found)
+
+    def jacobian_at(self, coefficients: FloatArray) -> FloatArray:
+        """Derivatives of the residuals at coefficients (C, 3), (q, w, 3)."""
+        shape, own = self._shape(coefficients)
+        if not len(shape):
+            return self.jacobian
+        found = self.jacobian.copy()
+        found[shape] += np.einsum("qjl,qld->qjd", self.curvature[shape], own)
+        return found
+
+    def _shape(self, coefficients: FloatArray) -> tuple[IntArray, FloatArray]:
+        """The quadratic rows and the coefficients under them."""
+        shape = np.flatnonzero(self.component == SHAPE)
+        return shape, coefficients[self.columns[shape]]
 
     def select(self, keep: IntArray) -> CoefficientRows:
         """Some of the rows."""
@@ -47,6 +68,7 @@ class CoefficientRows:
             self.jacobian[keep],
             self.target[keep],
             self.sigma[keep],
+            self.curvature[keep],
         )
 
 
@@ -62,6 +84,7 @@ def concatenate_rows(parts: list[CoefficientRows], support: int) -> CoefficientR
             np.zeros((0, support, 3)),
             np.zeros(0),
             np.zeros(0),
+            np.zeros((0, support, support)),
         )
     return CoefficientRows(
         *(np.concatenate([getattr(p, f) for p in parts]) for f in CoefficientRows.__annotations__)
@@ -82,13 +105,13 @@ def removed_coefficients(prepared: Prepared) -> FloatArray:
     for number, curve in enumerate(prepared.network.curves):
         start = prepared.curves.coefficient_start[number]
         if (curve.sigma == 0.0).all():
-            mask[start : start + len(curve.values)] = 0.0
+            mask[start : prepared.curves.coefficient_start[number + 1]] = 0.0
             continue
-        basis = prepared.curves.bases[number]
-        pure = (np.abs(basis.value_weights) > 0.0).sum(axis=1) == 1
-        for row in np.flatnonzero(pure & (curve.sigma == 0.0).any(axis=1)):
-            slot = int(np.argmax(np.abs(basis.value_weights[row])))
-            mask[start + basis.value_columns[row, slot], curve.sigma[row] == 0.0] = 0.0
+        if not (curve.sigma == 0.0).any():
+            continue
+        rows, columns, _ = prepared.curves.bases[number].pure_values()
+        held, component = np.nonzero(curve.sigma[rows] == 0.0)
+        mask[start + columns[held], component] = 0.0
     return mask
 
 
@@ -120,6 +143,7 @@ def value_rows(prepared: Prepared, removed: FloatArray) -> CoefficientRows:
                 jacobian,
                 curve.values[rows, components] / sigma,
                 sigma,
+                np.zeros((len(rows), support, support)),
             )
         )
     return concatenate_rows(parts, support)
@@ -136,7 +160,7 @@ def gauge_rows(prepared: Prepared, removed: FloatArray, gauge_sigma_m: float | N
             continue  # a single point, or every value is given or weighted: nothing can slide
         reference = curve.values if curve.reference is None else curve.reference
         coefficients = basis.coefficients_from_values(reference)
-        sigma = gauge_sigma_m if gauge_sigma_m is not None else 0.1 * knot_distance(curve)
+        sigma = gauge_sigma_m or FAMILIES[curve.family].gauge_fraction * knot_distance(curve)
         tangent = anchor_tangents(basis.anchors, curve, number, prepared, coefficients)
         segment, t = prepared.curves.locate(np.full(len(basis.anchors), number), basis.anchors)
         weights = prepared.curves.weights(segment, t)
@@ -149,11 +173,12 @@ def gauge_rows(prepared: Prepared, removed: FloatArray, gauge_sigma_m: float | N
             CoefficientRows(
                 np.full(len(rows), number),
                 rows,
-                np.full(len(rows), 3),
+                np.full(len(rows), GAUGE),
                 columns[rows],
                 jacobian[rows],
                 target[rows],
                 np.full(len(rows), sigma),
+                np.zeros((len(rows), support, support)),
             )
         )
     return concatenate_rows(parts, support)
@@ -178,13 +203,17 @@ def anchor_tangents(
 
 
 def knot_distance(curve: Curve) -> float:
-    """Mean distance of neighbouring knots (families without knots: length of the curve's chord), metres.
+    """Mean distance of neighbouring knots, of the ends of polynomial segments, or the mean radius, metres.
 
     Taken from the reference of the gauge conditions, so that adjusting an adjusted network again changes nothing.
     """
     values = curve.values if curve.reference is None else curve.reference
-    if curve.family in ("natural_cubic", "straight_line"):
+    family = FAMILIES[curve.family]
+    if family.rows == "points":
         return float(np.mean(np.linalg.norm(np.diff(values, axis=0), axis=1)))
     if len(values) == 1:
         return 1.0
-    return max(float(np.linalg.norm(values[1:].sum(axis=0))), 1e-12)
+    if family.rows == "powers":
+        chords = values.reshape(-1, family.degree + 1, 3)[:, 1:].sum(axis=1)
+        return max(float(np.mean(np.linalg.norm(chords, axis=1))), 1e-12)
+    return max(float(np.sqrt(0.5 * np.sum(values[1:3] ** 2))), 1e-12)

@@ -45,7 +45,8 @@ def linearize_curve_points(prepared: Prepared, state: State, held: IntArray) -> 
     Parameters
     ----------
     held : (h,) int, measured points whose location is held: they keep the equation along the curve, and so
-        does every other point whose location is not (yet) its foot point
+        does every other point whose location is not (yet) its foot point.  Linked points have theirs in
+        :mod:`~splinebba_cli.core.observations.linked_points`
 
     Raises
     ------
@@ -75,6 +76,7 @@ def linearize_curve_points(prepared: Prepared, state: State, held: IntArray) -> 
     normal = np.stack([-unit[:, 1], unit[:, 0]], axis=1)
     along = np.sum(unit * r, axis=1)
     fixed = np.union1d(held, np.flatnonzero(np.abs(along) > UNSETTLED))
+    fixed = fixed[~prepared.chains.linked[fixed]]
     rows = np.concatenate([np.arange(len(image)), fixed])
     project_on = np.concatenate([normal, unit[fixed]])
     residual = np.sum(project_on * r[rows], axis=1)

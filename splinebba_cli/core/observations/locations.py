@@ -13,6 +13,7 @@ import numpy as np
 
 from splinebba_cli.core.camera.collinearity import project
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
+from splinebba_cli.core.observations.linked_locations import in_better_chains, settle_linked
 from splinebba_cli.core.row_groups import RowGroups
 from splinebba_cli.core.state import Prepared, State
 
@@ -46,10 +47,10 @@ def held_locations(prepared: Prepared, location: FloatArray) -> IntArray:
 
 
 def refine_locations(prepared: Prepared, state: State, steps: int = NEWTON_STEPS) -> State:
-    """Foot points by Newton's method from the present locations, all points at once."""
+    """Foot points by Newton's method from the present locations, all points at once; chains together."""
     location = state.location.copy()
     low, high = location_bounds(prepared)
-    active = np.flatnonzero(low < high)
+    active = np.flatnonzero((low < high) & ~prepared.chains.linked)
     polynomials = prepared.curves.segment_polynomials(state.coefficients)
     for _ in range(steps):
         if not len(active):
@@ -60,7 +61,8 @@ def refine_locations(prepared: Prepared, state: State, steps: int = NEWTON_STEPS
         location[active] = new
         active = active[~settled]
     curves = prepared.curves
-    return replace(state, location=curves.wrap(prepared.network.curve_observations.curve, location))
+    found = replace(state, location=curves.wrap(prepared.network.curve_observations.curve, location))
+    return settle_linked(prepared, found, low, high)
 
 
 def _newton_step(
@@ -84,7 +86,7 @@ def projected_derivatives(
 
     Parameters
     ----------
-    polynomials : (S, 4, 3) power form of the present segments (:meth:`CurveSet.segment_polynomials`)
+    polynomials : (S, K, 3) of the present segments (:meth:`CurveSet.segment_polynomials`)
     rows : (k,) measured points
     location : (k,) their locations
 
@@ -111,11 +113,8 @@ def _chunk_derivatives(
     image = observed.image[rows]
     segment, t = curves.locate(observed.curve[rows], location)
     length = curves.length[segment]
-    a = polynomials[segment]
-    t = t[:, None]
-    value = a[:, 0] + t * (a[:, 1] + t * (a[:, 2] + t * a[:, 3])) - state.position[image]
-    first = (a[:, 1] + t * (2.0 * a[:, 2] + 3.0 * t * a[:, 3])) / length[:, None]
-    second = (2.0 * a[:, 2] + 6.0 * t * a[:, 3]) / (length * length)[:, None]
+    value, first, second = curves.derivatives(polynomials, segment, t)
+    value -= state.position[image]
     rotation = state.rotation[image]
     p, p1, p2 = (
         [
@@ -153,6 +152,9 @@ def search_locations(prepared: Prepared, state: State) -> State:
         return found
     before = replace(state, location=np.where(known, state.location, found.location))
     better = squared_distance(prepared, found) < squared_distance(prepared, before) * (1.0 - 1e-9)
+    if len(prepared.chains):
+        before = settle_linked(prepared, before, *location_bounds(prepared))
+        better = np.where(prepared.chains.linked, in_better_chains(prepared, found, before), better)
     return replace(state, location=np.where(better | ~known, found.location, before.location))
 
 

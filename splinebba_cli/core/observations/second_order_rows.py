@@ -36,12 +36,13 @@ def second_order_rows(prepared: Prepared, state: State) -> SecondOrderRows:
     """Rows of all measured points whose share is worth its cost, at their foot points."""
     observed, curves = prepared.network.curve_observations, prepared.curves
     polynomials = curves.segment_polynomials(state.coefficients)
-    every = np.arange(len(observed))
-    r, r1, r2, _ = projected_derivatives(prepared, state, polynomials, every, state.location)
+    every = np.flatnonzero(~prepared.chains.linked)
+    r, r1, r2, _ = projected_derivatives(prepared, state, polynomials, every, state.location[every])
     square = np.sum(r1 * r1, axis=1)
     bend = np.sum(r * r2, axis=1)
     share = np.divide(bend, square + bend, out=np.zeros_like(bend), where=bend > 1e-12)
-    rows = np.flatnonzero(share > SHARE)
+    worth = share > SHARE
+    rows, share, square, r1 = every[worth], share[worth], square[worth], r1[worth]
     image = observed.image[rows]
     segment, t = curves.locate(observed.curve[rows], state.location[rows])
     weights = curves.weights(segment, t)
@@ -49,7 +50,7 @@ def second_order_rows(prepared: Prepared, state: State) -> SecondOrderRows:
     _, jacobian = project_with_jacobian(
         prepared.principal_distance[image], state.rotation[image], state.position[image], xyz
     )
-    along = r1[rows] * np.sqrt(share[rows] / square[rows])[:, None]
+    along = r1 * np.sqrt(share / square)[:, None]
     project_on = np.matmul(along[:, None, :], prepared.curve_rays.whitening[rows])
     return SecondOrderRows(
         point=rows,

@@ -39,7 +39,7 @@ def _unsupported(prepared: Prepared, state: State, free: list[bool]) -> list[Pro
     for k, curve in enumerate(prepared.network.curves):
         own = number[int(curves.segment_start[k]) : int(curves.segment_start[k + 1])]
         empty = np.flatnonzero(own == 0)
-        if not free[k] or not len(empty) or not own.sum():
+        if not free[k] or not len(empty) or not own.sum() or curves.bases[k].trigonometric:
             continue
         places = ", ".join(f"{s}-{s + 1}" for s in empty[:5]) + (" …" if len(empty) > 5 else "")
         found.append(

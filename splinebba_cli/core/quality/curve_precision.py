@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from splinebba_cli.core.curves.basis import MAX_POWER
 from splinebba_cli.core.curves.curve_set import CurveSet
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.quality.cofactors import Cofactors
@@ -85,12 +86,15 @@ def window_dispersion(
 
 
 def segment_coefficients(cofactors: Cofactors, scale: float) -> tuple[FloatArray, FloatArray]:
-    """Lee's a, b, c of all segments for t in [0, 1] and their sigma, (S, 4, 3) each."""
+    """Lee's a, b, c of all segments for t in [0, 1] and their sigma, (S, 4, 3) each; 0 of trigonometric ones."""
     curves = cofactors.assembler.prepared.curves
-    values = np.matmul(curves.power, cofactors.solution.state.coefficients[curves.columns])
-    if not len(curves.left):
-        return values, values
-    support = curves.support
-    blocks = cofactors.coefficient_windows(curves.columns).reshape(-1, support, 3, support, 3)
-    variance = np.einsum("skj,sjala,skl->ska", curves.power, blocks, curves.power, optimize=True)
-    return values, np.sqrt(np.maximum(variance * scale, 0.0))
+    values, sigma = np.zeros((len(curves.left), MAX_POWER, 3)), np.zeros((len(curves.left), MAX_POWER, 3))
+    own = np.flatnonzero(~curves.trigonometric)
+    if not len(own):
+        return values, sigma
+    power, columns, support = curves.power[own, :MAX_POWER], curves.columns[own], curves.support
+    values[own] = np.matmul(power, cofactors.solution.state.coefficients[columns])
+    blocks = cofactors.coefficient_windows(columns).reshape(-1, support, 3, support, 3)
+    variance = np.einsum("skj,sjala,skl->ska", power, blocks, power, optimize=True)
+    sigma[own] = np.sqrt(np.maximum(variance * scale, 0.0))
+    return values, sigma

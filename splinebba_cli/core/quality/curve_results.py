@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from splinebba_cli.core.curves.basis import CurveBasis
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.quality.cofactors import Cofactors
+from splinebba_cli.core.quality.conic_elements import adjusted_conic
 from splinebba_cli.core.quality.curve_precision import CurveSamples, segment_coefficients
-from splinebba_cli.core.result import CurveResult, ResidualTable, SegmentCoefficients
+from splinebba_cli.core.quality.nearest_ellipse import nearest_ellipse
+from splinebba_cli.core.result import (
+    ConicElements,
+    CurveResult,
+    Ellipse,
+    ResidualTable,
+    SegmentCoefficients,
+)
 
 
 def curve_results(
@@ -23,15 +34,18 @@ def curve_results(
     order = np.argsort(observed.curve, kind="stable")
     bounds = np.searchsorted(observed.curve[order], np.arange(len(curves.bases) + 1))
     sample_bounds = np.searchsorted(samples.curve, np.arange(len(curves.bases) + 1))
-    values = _values_dispersion(cofactors) * scale  # as many values as coefficients
+    values = _values_dispersion(cofactors) * scale
+    value_bounds = np.concatenate([[0], np.cumsum([len(basis.value_columns) for basis in curves.bases])])
     results = []
     for k in range(len(curves.bases)):
         rows = order[bounds[k] : bounds[k + 1]]
         place = slice(int(sample_bounds[k]), int(sample_bounds[k + 1]))
-        coefficient_rows = slice(int(curves.coefficient_start[k]), int(curves.coefficient_start[k + 1]))
+        value_rows = slice(int(value_bounds[k]), int(value_bounds[k + 1]))
         segments = slice(int(curves.segment_start[k]), int(curves.segment_start[k + 1]))
         pieces = SegmentCoefficients(_intervals(cofactors, k), coefficients[segments], sigma[segments])
-        results.append(_one(cofactors, k, samples, place, pieces, residuals, rows, values[coefficient_rows]))
+        if curves.bases[k].trigonometric:
+            pieces = SegmentCoefficients(np.zeros((0, 2)), np.zeros((0, 4, 3)), np.zeros((0, 4, 3)))
+        results.append(_one(cofactors, k, samples, place, pieces, residuals, rows, values[value_rows], scale))
     return tuple(results)
 
 
@@ -42,7 +56,7 @@ def _intervals(cofactors: Cofactors, curve: int) -> FloatArray:
 
 def _one(
     cofactors: Cofactors, k: int, samples: CurveSamples, place: slice, pieces: SegmentCoefficients,
-    residuals: ResidualTable, rows: IntArray, values_dispersion: FloatArray,
+    residuals: ResidualTable, rows: IntArray, values_dispersion: FloatArray, scale: float,
 ) -> CurveResult:  # fmt: skip
     prepared = cofactors.assembler.prepared
     network, curve, basis = prepared.network, prepared.network.curves[k], prepared.curves.bases[k]
@@ -72,7 +86,26 @@ def _one(
         n_observations=len(rows),
         n_images=len(np.unique(network.curve_observations.image[rows])),
         along_sigma=samples.along[place][at_knot],
+        conic=_conic(cofactors, k, own, scale),
+        ellipse=_ellipse(basis, own, network.origin),
     )
+
+
+def _conic(cofactors: Cofactors, k: int, own: FloatArray, scale: float) -> ConicElements | None:
+    """Elements of a conic or circle in the user's frame."""
+    network = cofactors.assembler.prepared.network
+    if network.curves[k].family not in ("conic", "circle"):
+        return None
+    found = adjusted_conic(cofactors, k, own, scale)
+    return replace(found, centre=found.centre + network.origin)
+
+
+def _ellipse(basis: CurveBasis, own: FloatArray, origin: FloatArray) -> Ellipse | None:
+    """The ellipse nearest to a closed curve in the user's frame."""
+    if not basis.closed:
+        return None
+    found = nearest_ellipse(basis, own)
+    return replace(found, centre=found.centre + origin)
 
 
 def _values_dispersion(cofactors: Cofactors) -> FloatArray:

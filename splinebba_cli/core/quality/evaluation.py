@@ -6,11 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
+from splinebba_cli.core.curves.registry import FAMILIES, TIGHT, lasting_parameters
+from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution, joint_cofactors
 from splinebba_cli.core.estimation.counts import count_equations
 from splinebba_cli.core.estimation.datum import DATUM_DEFECT
 from splinebba_cli.core.estimation.parameters import layout_of
-from splinebba_cli.core.network import FloatArray, Network
+from splinebba_cli.core.network import BoolArray, FloatArray, Network
+from splinebba_cli.core.observations.coefficient_rows import GAUGE, SHAPE
 from splinebba_cli.core.quality.check_features import check_points, check_splines
 from splinebba_cli.core.quality.cofactors import Cofactors
 from splinebba_cli.core.quality.curve_findings import curve_findings
@@ -19,9 +21,17 @@ from splinebba_cli.core.quality.curve_results import curve_results
 from splinebba_cli.core.quality.findings import findings
 from splinebba_cli.core.quality.full_dispersion import dispersion_blocks
 from splinebba_cli.core.quality.global_test import global_test
+from splinebba_cli.core.quality.linked_cofactors import linked_cofactors
+from splinebba_cli.core.quality.location_precision import location_cofactors
 from splinebba_cli.core.quality.orientation_dispersion import eop_dispersion, eop_values
 from splinebba_cli.core.quality.redundancy import RedundancyNumbers, redundancy_numbers
-from splinebba_cli.core.quality.residual_tables import curve_table, point_table, prior_residuals
+from splinebba_cli.core.quality.residual_tables import (
+    arc_table,
+    curve_table,
+    point_table,
+    prior_residuals,
+    tangent_table,
+)
 from splinebba_cli.core.result import (
     AdjustmentResult,
     Checks,
@@ -51,11 +61,13 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
     prepared, solved = adjusted.prepared, adjusted.solved
     network, solution = prepared.network, solved.solution
     cofactors = Cofactors(solved.assembler, solution)
-    numbers = redundancy_numbers(cofactors)
+    linked = linked_cofactors(cofactors)
+    numbers = redundancy_numbers(cofactors, linked)
     statistics = _statistics(prepared, solved, numbers)
     scale = dispersion_scale(network, statistics)
     samples = curve_samples(cofactors, scale)
-    residuals = curve_table(prepared, solved, numbers)
+    locations = np.sqrt(np.maximum(location_cofactors(cofactors, linked) * scale, 0.0))
+    residuals = curve_table(prepared, solved, numbers, locations)
     curves = curve_results(cofactors, samples, residuals, scale)
     state = solution.state
     points = cofactors.points.own * scale
@@ -84,6 +96,8 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
         ),
         point_residuals=point_table(prepared, solved, numbers),
         curve_residuals=residuals,
+        arc_residuals=arc_table(prepared, solved, numbers),
+        tangent_residuals=tangent_table(prepared, solved, numbers),
         prior_residuals=prior_residuals(prepared, solved, numbers),
         checks=checks,
         problems=adjusted.problems,
@@ -102,8 +116,9 @@ def dispersion_scale(network: Network, statistics: Statistics) -> float:
 def _statistics(prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers) -> Statistics:
     settings, at = prepared.network.settings, solved.solution.linearization
     assembler = solved.assembler
-    is_condition = assembler.coefficient_rows.component == 3
-    equations = count_equations(assembler, at)
+    component = assembler.coefficient_rows.component
+    is_gauge, is_condition = component == GAUGE, component >= GAUGE
+    equations = count_equations(assembler, at) - int((component == SHAPE).sum())
     locations = len(prepared.network.curve_observations) - len(solved.solution.held)
     full = layout_of(prepared)
     datum = DATUM_DEFECT if settings.datum == "minimal" else 0
@@ -117,7 +132,7 @@ def _statistics(prepared: Prepared, solved: ConditionedSolution, numbers: Redund
         observations=equations,
         unknowns=unknowns,
         conditions=conditions,
-        rank_defect=int((condition_numbers < PURE_GAUGE).sum()) + datum,
+        rank_defect=_filled_defect(solved, numbers, is_gauge) + datum,
         redundancy=redundancy,
         sum_redundancy_numbers=numbers.total,
         condition_redundancy=float(condition_numbers.sum()),
@@ -129,12 +144,27 @@ def _statistics(prepared: Prepared, solved: ConditionedSolution, numbers: Redund
     )
 
 
+def _filled_defect(solved: ConditionedSolution, numbers: RedundancyNumbers, is_gauge: BoolArray) -> int:
+    """Number of directions that gauge conditions alone determine: where all of their leverage is 1.
+
+    Conditions of one curve that hold the same direction share it, so that only together they fill the defect.
+    """
+    rows, own = solved.assembler.coefficient_rows, numbers.coefficient_rows
+    curves = solved.assembler.prepared.network.curves
+    shared = np.array([FAMILIES[curve.family].gauge_fraction == TIGHT for curve in curves], dtype=bool)
+    together = is_gauge & (shared[rows.curve] if len(curves) else False)
+    count = int((own[is_gauge & ~together] < PURE_GAUGE).sum())
+    for number in np.unique(rows.curve[together]):
+        chosen = np.flatnonzero(together & (rows.curve == number))
+        free = np.eye(len(chosen)) - joint_cofactors(rows.select(chosen), solved)
+        count += int((np.linalg.eigvalsh(free) < PURE_GAUGE).sum())
+    return count
+
+
 def _with_knot_parameters(prepared: Prepared) -> Network:
     """The network with the knot parameters of its curves written out: later values keep them."""
     curves = tuple(
-        replace(curve, knot_parameters=basis.break_points.copy())
-        if curve.family == "natural_cubic"
-        else curve
+        replace(curve, knot_parameters=lasting_parameters(curve, basis), closed=basis.closed)
         for curve, basis in zip(prepared.network.curves, prepared.curves.bases, strict=True)
     )
     return replace(prepared.network, curves=curves)

@@ -6,9 +6,10 @@ import numpy as np
 
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
 from splinebba_cli.core.network import FloatArray
+from splinebba_cli.core.observations.coefficient_rows import GAUGE, SHAPE
 from splinebba_cli.core.observations.orientation_priors import weighting_sigma
 from splinebba_cli.core.quality.redundancy import RedundancyNumbers
-from splinebba_cli.core.result import PriorResidual, ResidualTable
+from splinebba_cli.core.result import PriorResidual, ResidualTable, ScalarResiduals
 from splinebba_cli.core.state import Prepared
 
 TINY = 1e-9
@@ -31,13 +32,16 @@ def point_table(prepared: Prepared, solved: ConditionedSolution, numbers: Redund
         redundancy=numbers.image_points,
         standardized=_standardized(whitened, numbers.image_points),
         location=missing,
+        location_sigma=missing,
         normal=np.full((len(observed), 2), np.nan),
     )
 
 
-def curve_table(prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers) -> ResidualTable:
-    """Residuals of the image points of curves: across, and along where the location is held."""
-    rows = solved.solution.linearization.curve
+def curve_table(
+    prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers, location_sigma: FloatArray
+) -> ResidualTable:
+    """Residuals of the image points of curves: across, and along where the location is held or linked to others."""
+    rows, linked = solved.solution.linearization.curve, np.flatnonzero(prepared.chains.linked)
     observed = prepared.network.curve_observations
     count = len(observed)
     held = rows.point[count:]
@@ -45,12 +49,15 @@ def curve_table(prepared: Prepared, solved: ConditionedSolution, numbers: Redund
     unit = np.stack([rows.normal[:, 1], -rows.normal[:, 0]], axis=1)
     along = np.zeros(count)
     along[held] = rows.residual[count:]
+    along[linked] = solved.solution.linearization.linked.along[linked]
     redundancy = np.zeros((count, 2))
     redundancy[:, 0] = numbers.curve_rows[:count]
     redundancy[held, 1] = numbers.curve_rows[count:]
+    redundancy[linked, 1] = numbers.linked_along[linked]
+    tested = np.concatenate([held, linked])
     standardized = np.full((count, 2), np.nan)
     standardized[:, 0] = _standardized(across, redundancy[:, 0])
-    standardized[held, 1] = _standardized(along[held], redundancy[held, 1])
+    standardized[tested, 1] = _standardized(along[tested], redundancy[tested, 1])
     across_vector = rows.normal * across[:, None] * observed.sigma
     residual = across_vector + unit * along[:, None] * observed.sigma
     # a normal in measured photo axes: whitening by equal sigma does not turn it
@@ -62,8 +69,27 @@ def curve_table(prepared: Prepared, solved: ConditionedSolution, numbers: Redund
         redundancy=redundancy,
         standardized=standardized,
         location=solved.solution.state.location,
+        location_sigma=location_sigma,
         normal=normal,
     )
+
+
+def arc_table(prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers) -> ScalarResiduals:
+    """Residuals of the arc lengths, mm."""
+    whitened = solved.solution.linearization.linked.arc_residual
+    return _scalar_table(whitened, prepared.network.arc_lengths.sigma, numbers.arc_lengths)
+
+
+def tangent_table(
+    prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers
+) -> ScalarResiduals:
+    """Residuals of the tangents, rad."""
+    whitened = solved.solution.linearization.linked.tangent_residual
+    return _scalar_table(whitened, prepared.network.tangents.sigma, numbers.tangents)
+
+
+def _scalar_table(whitened: FloatArray, sigma: FloatArray, redundancy: FloatArray) -> ScalarResiduals:
+    return ScalarResiduals(whitened * sigma, sigma, redundancy, _standardized(whitened, redundancy))
 
 
 def prior_residuals(
@@ -102,12 +128,12 @@ def _value_and_gauge(
     whitened = solved.solution.linearization.coefficient_residual
     found = []
     for k in range(len(rows)):
-        gauge = rows.component[k] == 3
+        component = int(rows.component[k])
         found.append(
             PriorResidual(
-                "gauge" if gauge else "control spline",
+                {GAUGE: "gauge", SHAPE: "shape"}.get(component, "control spline"),
                 prepared.network.curves[rows.curve[k]].id,
-                f"knot {rows.row[k]} {AXES[rows.component[k]]}",
+                f"condition {rows.row[k]}" if component == SHAPE else f"knot {rows.row[k]} {AXES[component]}",
                 float(whitened[k] * rows.sigma[k]),
                 float(rows.sigma[k]),
                 float(numbers.coefficient_rows[k]),

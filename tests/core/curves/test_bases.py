@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from splinebba_cli.core.curves.basis import CurveBasis, power_row
+from splinebba_cli.core.curves.basis import CurveBasis, harmonic_row, power_row
 from splinebba_cli.core.curves.registry import FAMILIES, basis_of
 from splinebba_cli.core.network import Curve, FloatArray
-from tests.core.observations.random_network import curve_of
+from tests.core.observations.random_network import NAMES, SEGMENTS, VARIANTS, curve_of
 
 STEP = 1e-25
-every_family = pytest.mark.parametrize("name", [*FAMILIES, "closed", "corner"])
+HARMONICS = [n for n in NAMES if FAMILIES[VARIANTS.get(n, {"family": n})["family"]].rows == "harmonics"]
+every_family = pytest.mark.parametrize("name", NAMES)
 
 
 def made(name: str, seed: int = 3) -> tuple[Curve, CurveBasis, FloatArray]:
@@ -30,9 +31,13 @@ def places(basis: CurveBasis) -> FloatArray:
 
 
 def complex_points(basis: CurveBasis, coefficients: FloatArray, u: FloatArray, order: int) -> FloatArray:
-    """Derivative of order `order` + 1 by a complex step of t in the power tables, (n, 3)."""
+    """Derivative of order `order` + 1 by a complex step in the tables, (n, 3)."""
     segment, t = basis.locate(u)
     length = np.diff(basis.break_points)[segment]
+    if basis.trigonometric:
+        row = harmonic_row(u + 1j * STEP, order, basis.power.shape[1])
+        weights = np.einsum("nk,nkw->nw", np.imag(row) / STEP, basis.power[segment])
+        return np.asarray(np.einsum("nw,nwd->nd", weights, coefficients[basis.columns[segment]]))
     weights = np.einsum("nk,nkw->nw", power_row(t + 1j * STEP, order), basis.power[segment])
     value = np.einsum("nw,nwd->nd", weights, coefficients[basis.columns[segment]])
     return np.asarray(np.imag(value) / STEP / length[:, None] ** (order + 1))
@@ -55,7 +60,11 @@ def test_derivatives_equal_the_complex_step(name: str, order: int) -> None:
 
 @every_family
 def test_derivatives_equal_differences_of_the_curve(name: str) -> None:
-    """Independent of the power tables' own differentiation: sixth-order differences inside the segments."""
+    """Independent of the tables' own differentiation: sixth-order differences inside the segments.
+
+    Exact for powers; of trigonometric functions the error is (k h)^6 k / 140, with h 0.03 of a quarter period of the
+    highest harmonic below 1e-10.
+    """
     _, basis, coefficients = made(name)
     lengths = np.diff(basis.break_points)
     u = (basis.break_points[:-1, None] + lengths[:, None] * [0.25, 0.5, 0.8]).ravel()
@@ -84,11 +93,13 @@ def test_values_and_coefficients_are_inverse_linear_maps(name: str) -> None:
     np.testing.assert_allclose(
         basis.values_from_coefficients(coefficients), curve.values, rtol=0.0, atol=1e-12
     )
+    assert basis.coefficient_count == len(coefficients) <= len(curve.values)
+    if basis.coefficient_count < len(curve.values):  # tied together by continuity
+        assert VARIANTS[name].get("continuity", -1) >= 0
     other = np.random.default_rng(7).normal(size=curve.values.shape)
     mixed = basis.coefficients_from_values(2.0 * curve.values - 3.0 * other)
     expected = 2.0 * coefficients - 3.0 * basis.coefficients_from_values(other)
     np.testing.assert_allclose(mixed, expected, rtol=0.0, atol=1e-11)
-    assert basis.coefficient_count == len(curve.values) == len(coefficients)
 
 
 @every_family
@@ -106,9 +117,9 @@ def test_curves_follow_linear_maps_and_shifts(name: str) -> None:
         np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-10 * max(1.0, np.abs(expected).max()))
 
 
-@every_family
+@pytest.mark.parametrize("name", [n for n in NAMES if "bspline" not in n and n not in HARMONICS])
 def test_values_that_are_positions_lie_on_the_curve(name: str) -> None:
-    """Knots at the knot parameters; a line at its ends; a0 at t = 0."""
+    """Knots at the knot parameters; a line at its ends; a0 at t = 0.  Control points and centres do not."""
     curve, basis, coefficients = made(name)
     on_curve = basis.evaluate(basis.break_points, coefficients)
     positions = curve.values[basis.value_is_position]
@@ -118,12 +129,14 @@ def test_values_that_are_positions_lie_on_the_curve(name: str) -> None:
 
 
 @every_family
-def test_local_support_of_at_most_four(name: str) -> None:
-    """A coefficient that is not under a segment does not move it, and none is out of reach."""
+def test_local_support(name: str) -> None:
+    """A coefficient that is not under a segment does not move it, none is out of reach; at most four, or harmonics."""
     _, basis, coefficients = made(name)
-    assert basis.support <= 4 and basis.power.shape == (basis.segment_count, 4, basis.support)
+    assert basis.support <= 4 or name == "fourier"
+    functions = basis.coefficient_count if basis.trigonometric else 4
+    assert basis.power.shape == (basis.segment_count, functions, basis.support)
     assert set(basis.columns.ravel()) == set(range(basis.coefficient_count))
-    middle = 0.5 * (basis.break_points[:-1] + basis.break_points[1:])
+    middle = 0.4 * basis.break_points[:-1] + 0.6 * basis.break_points[1:]
     before = basis.evaluate(middle, coefficients)
     for k in range(basis.coefficient_count):
         moved = coefficients.copy()
@@ -137,24 +150,35 @@ def test_local_support_of_at_most_four(name: str) -> None:
 
 @every_family
 def test_anchors_are_places_of_the_curve(name: str) -> None:
-    """One condition for every null: a knot each, both ends of a free segment or a line, none for a point."""
+    """One condition for every null at least: knots, both ends of unjoined segments, one phase, none for a point."""
     _, basis, _ = made(name)
     if not basis.has_location:
         assert len(basis.anchors) == 0
         return
     assert (basis.anchors >= basis.break_points[0]).all() and (basis.anchors <= basis.break_points[-1]).all()
-    knots = basis.coefficient_count if name in ("natural_cubic", "closed", "corner") else 2
-    assert len(np.unique(basis.anchors)) == knots
+    knots = basis.segment_count + (not basis.closed)
+    phases = max(1, basis.coefficient_count - 2)  # what m harmonics can be parametrised anew, see fourier.py
+    expected = phases if name in HARMONICS else 2 * SEGMENTS if name == "unjoined" else knots
+    assert len(np.unique(basis.anchors)) == expected
+    segment, _ = basis.locate(basis.anchors)
+    if name not in HARMONICS:
+        assert set(segment) == set(range(basis.segment_count))
 
 
-def test_a_family_refuses_a_wrong_number_of_rows() -> None:
-    for name in FAMILIES:
-        curve, _, _ = made(name)
-        if curve.family == "natural_cubic":
-            continue  # any number of knots
-        too_many = np.vstack([curve.values, curve.values[-1:] + 1.0])
-        with pytest.raises(ValueError, match=curve.family):
-            basis_of(Curve("c", "tie", curve.family, too_many, too_many))
+@pytest.mark.parametrize("name", FAMILIES)
+def test_a_family_refuses_a_wrong_number_of_rows(name: str) -> None:
+    """One row more than a whole number of segments or harmonics; one less than the fewest."""
+    family = FAMILIES[name]
+    curve = curve_of(name, np.random.default_rng(3))
+    fewest = family.fewest_open or family.fewest_closed
+    few = curve.values[: fewest - 1]
+    with pytest.raises(ValueError, match=f"{name}|knot" if name != "free_cubic" else name):
+        basis_of(Curve("c", "tie", name, few, few))
+    if family.rows == "points" and family.most is None:
+        return  # any number of knots or control points
+    too_many = np.vstack([curve.values, curve.values[-1:] + 1.0])
+    with pytest.raises(ValueError, match=name):
+        basis_of(Curve("c", "tie", name, too_many, too_many))
 
 
 def test_an_unknown_family_is_refused() -> None:

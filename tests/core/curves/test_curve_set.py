@@ -9,11 +9,12 @@ import pytest
 
 from splinebba_cli.core.curves.curve_set import CurveSet
 from splinebba_cli.core.curves.nearest import nearest_on_curve
-from splinebba_cli.core.curves.registry import FAMILIES, basis_of
+from splinebba_cli.core.curves.registry import basis_of
 from splinebba_cli.core.network import FloatArray
+from tests.core.observations.random_network import NAMES as ALL_NAMES
 from tests.core.observations.random_network import curve_of
 
-NAMES = [*FAMILIES, "closed", "corner", "natural_cubic", "closed"]
+NAMES = [*ALL_NAMES, "natural_cubic", "closed"]
 
 
 @cache
@@ -53,7 +54,7 @@ def test_evaluation_equals_the_single_basis(number: int) -> None:
     basis, u = curves.bases[number], places(number)
     own = coefficients[curves.coefficient_start[number] : curves.coefficient_start[number + 1]]
     curve = np.full(len(u), number)
-    for order, found in enumerate(curves.evaluate(coefficients, curve, u, (0, 1, 2))):
+    for order, found in enumerate(curves.evaluate(coefficients, curve, u, (0, 1, 2, 3))):
         expected = basis.evaluate(u, own, order)
         np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-9 * max(1.0, np.abs(expected).max()))
     segment, t = curves.locate(curve, u)
@@ -92,12 +93,30 @@ def test_power_form_of_the_segments() -> None:
     curves, coefficients = all_curves()
     a = curves.segment_polynomials(coefficients)
     t = np.array([0.0, 0.3, 1.0])
-    for segment in range(len(curves.left)):
+    for segment in np.flatnonzero(~curves.trigonometric):
         curve = int(np.searchsorted(curves.segment_start, segment, side="right") - 1)
         u = curves.left[segment] + np.array([1e-9, 0.3, 1.0 - 1e-9]) * curves.length[segment]
         expected = curves.evaluate(coefficients, np.full(3, curve), u)[0]
-        found = t[:, None] ** np.arange(4) @ a[segment]
+        assert (a[segment, 4:] == 0.0).all()
+        found = t[:, None] ** np.arange(4) @ a[segment, :4]
         np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-6)
+
+
+def test_derivatives_by_horner_equal_the_evaluation() -> None:
+    """The path of the foot points, all families together and splines alone."""
+    curves, coefficients = all_curves()
+    polynomials = [k for k, basis in enumerate(curves.bases) if not basis.trigonometric]
+    rows = np.concatenate([np.arange(*curves.coefficient_start[k : k + 2]) for k in polynomials])
+    alone = CurveSet.of([curves.bases[k] for k in polynomials])
+    assert curves.any_trigonometric and not alone.any_trigonometric and alone.power.shape[1:] == (4, 4)
+    for every, own in ((curves, coefficients), (alone, coefficients[rows])):
+        u = np.concatenate(
+            [np.random.default_rng(4).uniform(b.break_points[0], b.break_points[-1], 30) for b in every.bases]
+        )
+        curve = np.repeat(np.arange(len(every.bases)), 30)
+        found = every.derivatives(every.segment_polynomials(own), *every.locate(curve, u))
+        for order, expected in enumerate(every.evaluate(own, curve, u, (0, 1, 2))):
+            np.testing.assert_allclose(found[order], expected, rtol=0.0, atol=1e-10 * np.abs(expected).max())
 
 
 def test_no_curves() -> None:
@@ -105,7 +124,10 @@ def test_no_curves() -> None:
     assert empty.coefficient_count == 0 and len(empty.left) == 0
 
 
-@pytest.mark.parametrize("name", ["natural_cubic", "closed", "corner", "straight_line", "free_cubic"])
+@pytest.mark.parametrize(
+    "name",
+    ["natural_cubic", "closed", "corner", "straight_line", "free_cubic", "fourier", "conic", "arc", "tense"],
+)
 def test_nearest_point_in_object_space(name: str) -> None:
     """Not farther than any of 20 001 samples; normal to the curve for points some metres beside it."""
     generator = np.random.default_rng(9)

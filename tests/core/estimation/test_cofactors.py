@@ -13,6 +13,7 @@ import pytest
 
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.core.quality.cofactors import Cofactors
+from splinebba_cli.core.quality.linked_cofactors import linked_cofactors
 from splinebba_cli.core.quality.redundancy import RedundancyNumbers, redundancy_numbers
 from tests.core.small_networks import DenseSystem, dense_system, mixed_network, solved
 
@@ -29,7 +30,8 @@ def systems() -> tuple[Cofactors, DenseSystem, FloatArray]:
 
 def numbers() -> RedundancyNumbers:
     """Redundancy numbers of the mixed network."""
-    return redundancy_numbers(systems()[0])
+    cofactors = systems()[0]
+    return redundancy_numbers(cofactors, linked_cofactors(cofactors))
 
 
 def scaled(difference: FloatArray, rows: FloatArray, columns: FloatArray) -> float:

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from splinebba_cli.core.network import Camera, Curve, FloatArray
 
@@ -64,22 +64,70 @@ def whitened(camera: Camera, sigma: FloatArray, measured: FloatArray, computed: 
 
 
 def curve_point(curve: Curve, parameters: FloatArray, values: Array, u: complex) -> Array:
-    """The curve through (or with) `values` at u; open splines extend their end segments.
+    """The curve of `values` at u; closed ones wrap, open ones extend their end segments.
 
     Parameters
     ----------
-    parameters : knot parameters of a spline, not used for the other families
+    parameters : ends of the segments
     """
-    if curve.family == "straight_line":
+    family, closed = curve.family, curve.closed
+    if family == "straight_line":
         return np.asarray((1.0 - u) * values[0] + u * values[1])
-    if curve.family != "natural_cubic":
-        return np.asarray(sum(value * u**k for k, value in enumerate(values)))
-    if curve.closed:
-        values = np.vstack([values, values[:1]])
-    spline = CubicSpline(parameters, values, bc_type="periodic" if curve.closed else "natural")
+    if family in ("fourier", "conic", "circle"):
+        turns = range(1, (len(values) + 1) // 2)
+        waves = (np.cos(k * u) * values[2 * k - 1] + np.sin(k * u) * values[2 * k] for k in turns)
+        return np.asarray(values[0] + sum(waves))
+    if closed:
+        period = parameters[-1] - parameters[0]
+        u = u - period * np.floor((np.real(u) - parameters[0]) / period)
     segment = int(np.clip(np.searchsorted(parameters, np.real(u), side="right") - 1, 0, len(parameters) - 2))
     t = u - parameters[segment]
+    if family.startswith("polynomial") or family == "free_cubic":
+        degree = 3 if family == "free_cubic" else int(family[-1])
+        own = values[segment * (degree + 1) :][: degree + 1]
+        t = t / (parameters[segment + 1] - parameters[segment])
+        return np.asarray(sum(value * t**k for k, value in enumerate(own)))
+    if family.startswith("bspline"):
+        return bspline_point(parameters, values, int(family[-1]), closed, segment, u)
+    if closed:
+        values = np.vstack([values, values[:1]])
+    if family == "natural_cubic":
+        spline = CubicSpline(parameters, values, bc_type="periodic" if closed else "natural")
+    else:
+        slopes = (1.0 - curve.tension) * neighbour_slopes(parameters, values, closed)
+        spline = CubicHermiteSpline(parameters, values, slopes)
     return np.asarray(sum(spline.c[3 - k, segment] * t**k for k in range(4)))
+
+
+def neighbour_slopes(parameters: FloatArray, values: Array, closed: bool) -> Array:
+    """(P_{i+1} - P_{i-1}) / (u_{i+1} - u_{i-1}), one-sided at the ends of an open curve."""
+    u, period = list(parameters), parameters[-1] - parameters[0]
+    if closed:
+        u, values = [u[-2] - period, *u, u[1] + period], np.vstack([values[-2], values, values[1]])
+    else:
+        u, values = [u[0], *u, u[-1]], np.vstack([values[0], values, values[-1]])
+    return np.array([(values[i + 1] - values[i - 1]) / (u[i + 1] - u[i - 1]) for i in range(1, len(u) - 1)])
+
+
+def bspline_point(
+    parameters: FloatArray, values: Array, degree: int, closed: bool, segment: int, u: complex
+) -> Array:
+    """de Boor's algorithm on the control points of one segment."""
+    period = parameters[-1] - parameters[0]
+    if closed:
+        n = len(parameters) - 1
+        knots = [parameters[i % n] + period * (i // n) for i in range(-degree, n + degree + 1)]
+        points = [values[(segment + j) % n] for j in range(degree + 1)]
+    else:
+        knots = [parameters[0]] * degree + list(parameters) + [parameters[-1]] * degree
+        points = [values[segment + j] for j in range(degree + 1)]
+    at = segment + degree
+    for r in range(1, degree + 1):
+        for j in range(degree, r - 1, -1):
+            left, right = knots[at - degree + j], knots[at + 1 + j - r]
+            share = (u - left) / (right - left)
+            points[j] = (1.0 - share) * points[j - 1] + share * points[j]
+    return np.asarray(points[degree])
 
 
 def angles(rotation: Array, sequence: str) -> Array:

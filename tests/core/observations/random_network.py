@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -35,20 +36,71 @@ class Case:
     generator: np.random.Generator
 
 
+# curves with options of their families; like these, every option should be compared
+VARIANTS: dict[str, dict[str, Any]] = {
+    "closed": {"family": "natural_cubic", "closed": True},
+    "corner": {"family": "natural_cubic", "breaks": (2, 4)},
+    "unjoined": {"family": "polynomial_3", "knot_parameters": np.array([0.0, 1.0, 2.5, 3.0])},
+    "joined_c0": {"family": "free_cubic", "continuity": 0, "knot_parameters": np.array([0.0, 1.0, 2.5, 3.0])},
+    "joined_c1": {"family": "polynomial_3", "continuity": 1},
+    "joined_c2": {"family": "free_cubic", "continuity": 2, "knot_parameters": np.array([0.0, 1.0, 2.5, 3.0])},
+    "natural_ends": {"family": "free_cubic", "continuity": 2, "natural_ends": True},
+    "parabolas_c1": {"family": "polynomial_2", "continuity": 1},
+    "lines_c0": {"family": "polynomial_1", "continuity": 0},
+    "tense": {"family": "cardinal", "tension": 0.4},
+    "tense_closed": {"family": "cardinal", "tension": -0.3, "closed": True},
+    "bspline_1_closed": {"family": "bspline_1", "closed": True},
+    "bspline_2_closed": {"family": "bspline_2", "closed": True, "parameterization": "uniform"},
+    "bspline_3_closed": {"family": "bspline_3", "closed": True},
+    "arc": {"family": "conic", "knot_parameters": np.array([-1.0, 2.5])},
+    "circular_arc": {"family": "circle", "knot_parameters": np.array([0.5, 1.5])},
+}
+NAMES = (*FAMILIES, *VARIANTS)
+SEGMENTS = 3  # of polynomials with options
+
+
 def curve_of(name: str, generator: np.random.Generator) -> Curve:
-    """A curve about 60 m long near the origin; "closed" and "corner" are natural splines."""
-    family = name if name in FAMILIES else "natural_cubic"
-    if family == "natural_cubic":
+    """A curve about 60 m long near the origin: a family, or a family with options (:data:`VARIANTS`)."""
+    options = VARIANTS.get(name, {"family": name})
+    family = FAMILIES[options["family"]]
+    if family.rows == "harmonics":
+        values = harmonics(options["family"], generator)
+    elif family.rows == "powers":
+        segments = SEGMENTS if name in VARIANTS else 1
+        values = np.vstack([segment_rows(family.degree, k, generator) for k in range(segments)])
+        values = (
+            values
+            if segments == 1
+            else 0.4 * values - np.where(family.positions(len(values)), 40.0, 0.0)[:, None]
+        )
+    elif family.most == 2:
+        values = np.array([[-20.0, 5.0, 0.0], [30.0, -10.0, 6.0]]) + generator.normal(0.0, 4.0, (2, 3))
+    else:
         angle = np.linspace(0.0, 5.5, 7)
         values = 40.0 * np.column_stack([np.cos(angle), np.sin(angle), 0.2 * np.sin(3 * angle)])
-    elif family == "straight_line":
-        values = np.array([[-20.0, 5.0, 0.0], [30.0, -10.0, 6.0]])
-    else:
-        degree = 3 if family == "free_cubic" else int(family[-1])
-        values = 40.0 * 0.6 ** np.arange(degree + 1)[:, None] * np.ones(3)
-    values = values + generator.normal(0.0, 4.0, values.shape)
-    closed, breaks = name == "closed", (2, 4) if name == "corner" else ()
-    return Curve(name, "tie", family, values, np.full_like(values, np.inf), closed=closed, breaks=breaks)
+        values = values + generator.normal(0.0, 4.0, values.shape)
+    curve = Curve(name, "tie", values=values, sigma=np.full_like(values, np.inf), **options)
+    basis = basis_of(curve)
+    if basis.coefficient_count < len(values):  # values that fulfil the continuity
+        values = basis.values_from_coefficients(basis.coefficients_from_values(values))
+    return replace(curve, values=values)
+
+
+def segment_rows(degree: int, segment: int, generator: np.random.Generator) -> FloatArray:
+    """a_0 .. a_d of one segment of a chain."""
+    rows = 40.0 * 0.6 ** np.arange(degree + 1)[:, None] * np.ones(3) + 10.0 * segment
+    return np.asarray(rows + generator.normal(0.0, 4.0, rows.shape))
+
+
+def harmonics(family: str, generator: np.random.Generator) -> FloatArray:
+    """Centre and harmonics; of a circle the radius vectors are equally long and normal to each other."""
+    first = generator.normal(0.0, 1.0, (3, 2))
+    plane = np.linalg.qr(first)[0].T
+    if family == "circle":
+        return np.vstack([generator.normal(0.0, 4.0, 3), 25.0 * plane])
+    rows = [generator.normal(0.0, 4.0, 3), 30.0 * plane[0], 20.0 * plane[1] + 5.0 * plane[0]]
+    more = 4 if family == "fourier" else 0
+    return np.vstack([*rows, *generator.normal(0.0, 3.0, (more, 3))])
 
 
 def camera_of(number: int, generator: np.random.Generator) -> Camera:
@@ -93,7 +145,7 @@ def seen_everywhere(things: int, each: int) -> tuple[FloatArray, FloatArray]:
 def random_case(seed: int = 5) -> Case:
     """One large network: at least 20 random configurations of every kind of observation and every family."""
     generator = np.random.default_rng(seed)
-    curves = tuple(curve_of(name, generator) for name in [*FAMILIES, "closed", "corner"])
+    curves = tuple(curve_of(name, generator) for name in NAMES)
     image, curve = seen_everywhere(len(curves), PER_CURVE)
     bases = [basis_of(one) for one in curves]
     ends = np.array([[basis.break_points[0], basis.break_points[-1]] for basis in bases])[curve]

@@ -14,17 +14,27 @@ import numpy as np
 import pytest
 
 from splinebba_cli.core import observations
-from splinebba_cli.core.curves.registry import FAMILIES
+from splinebba_cli.core.curves.registry import FAMILIES, lasting_parameters
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.core.observations.coefficient_rows import CoefficientRows, gauge_rows, value_rows
 from splinebba_cli.core.observations.curve_points import linearize_curve_points
 from splinebba_cli.core.observations.image_points import linearize_image_points
 from splinebba_cli.core.observations.orientation_priors import linearize_orientation_priors
+from splinebba_cli.core.observations.shape_conditions import shape_rows
 from splinebba_cli.core.state import Prepared, prepare
 from tests.core.observations import complex_step
+from tests.core.observations.linked_case import LINKED
 from tests.core.observations.random_network import Case, random_case
 
-NO_OBSERVATIONS = {"locations", "second_order_rows"}  # modules that are no kind of observation
+NO_OBSERVATIONS = {
+    "along_curve",
+    "chain_elimination",
+    "curve_kinematics",
+    "linked_locations",
+    "linked_points",
+    "locations",
+    "second_order_rows",
+}  # modules that are no kind of observation
 Compared = Iterator[tuple[FloatArray, FloatArray]]
 
 
@@ -163,7 +173,7 @@ def weighted(prepared: Prepared) -> Prepared:
         sigma = generator.uniform(0.05, 0.5, curve.values.shape)
         sigma.flat[-1] = np.inf
         given = curve.values + generator.normal(0.0, 0.3, curve.values.shape)
-        parameters = basis.break_points if curve.family == "natural_cubic" else None
+        parameters = lasting_parameters(curve, basis)
         changed = replace(curve, sigma=sigma, values=given, reference=curve.values)
         curves.append(replace(changed, knot_parameters=parameters))
     return prepare(replace(prepared.network, curves=tuple(curves)))
@@ -174,7 +184,11 @@ def coefficient_rows() -> Compared:
     prepared, state = weighted(case().prepared), case().state
     curves, free = prepared.curves, np.ones((case().prepared.curves.coefficient_count, 3))
     rows = value_rows(prepared, free)
-    assert len(rows) == sum(curve.values.size - 1 for curve in prepared.network.curves)
+    zero = sum(
+        3 * int((b.value_weights == 0.0).all(axis=1).sum()) for b in curves.bases
+    )  # X'' = 0 of natural ends
+    assert zero == 3
+    assert len(rows) == sum(curve.values.size - 1 for curve in prepared.network.curves) - zero
     gauge = gauge_rows(prepared, free, 0.25)
     assert {int(c) for c in gauge.curve} == {k for k, b in enumerate(curves.bases) if len(b.anchors)}
     for table in (rows, gauge):
@@ -186,6 +200,35 @@ def coefficient_rows() -> Compared:
             np.add.at(analytic, table.columns[q], table.jacobian[q])
             yield analytic[own].ravel(), complex_step.jacobian(residual, x)[0]
             yield found[q : q + 1] + 1e3, np.real(residual(x)) + 1e3  # differences of coordinates of 40 m
+
+
+def shape_conditions() -> Compared:
+    """A circle's two conditions at coefficients that are no circle: residual and Jacobian of the quadratic forms."""
+    prepared, state = weighted(case().prepared), case().state
+    curves, generator = prepared.curves, np.random.default_rng(12)
+    table = shape_rows(prepared, np.ones((curves.coefficient_count, 3)))
+    names = [prepared.network.curves[k].id for k in table.curve]
+    assert names == ["circle", "circle", "circular_arc", "circular_arc"]
+    for _ in range(10):
+        coefficients = state.coefficients + generator.normal(0.0, 5.0, state.coefficients.shape)
+        found, jacobian = table.residual(coefficients), table.jacobian_at(coefficients)
+        for q in range(len(table)):
+            start = int(curves.coefficient_start[table.curve[q]])
+            radius = np.sqrt(
+                0.5 * np.sum(np.asarray(prepared.network.curves[table.curve[q]].reference)[1:] ** 2)
+            )
+            sigma = 1e-6 * radius
+
+            def residual(x: complex_step.Array, row: int = int(table.row[q]), size: float = radius * sigma):
+                _, a, b = x.reshape(3, 3)
+                return np.array([(0.5 * (a @ a - b @ b) if row == 0 else a @ b) / size])
+
+            assert table.sigma[q] == pytest.approx(sigma)
+            x = coefficients[start : start + 3].ravel()
+            analytic = np.zeros_like(coefficients)
+            np.add.at(analytic, table.columns[q], jacobian[q])
+            yield analytic[start : start + 3].ravel(), complex_step.jacobian(residual, x)[0]
+            yield found[q : q + 1], np.real(residual(x))
 
 
 def whole_coefficient_residual(
@@ -227,6 +270,8 @@ KINDS: dict[str, Callable[[], Compared]] = {
     "image_points": image_points,
     "orientation_priors": orientation_priors,
     "coefficient_rows": coefficient_rows,
+    "shape_conditions": shape_conditions,
+    **LINKED,
 }
 
 

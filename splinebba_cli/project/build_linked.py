@@ -1,0 +1,264 @@
+"""Arc lengths and tangents: references to measured curve points by their marks, lengths in mm, directions in rad."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence, Sized
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinebba_cli.core.network import ArcLengths, FloatArray, IntArray, Tangents
+from splinebba_cli.project.build_cameras import PhotoFrame
+from splinebba_cli.project.build_context import Building
+from splinebba_cli.project.build_images import ANGLE_FACTORS, ImageRows
+from splinebba_cli.project.build_observations import ObservationRows
+from splinebba_cli.project.model_observations import ArcLengthGroup, TangentGroup
+from splinebba_cli.project.table_reader import Wanted
+from splinebba_cli.project.tables import Table
+from splinebba_cli.project.yaml_source import YamlPath
+
+_UNITS = ("px", "um", "mm")
+_SIGMAS = tuple(f"sigma_{unit}" for unit in _UNITS)
+_ARCS = Wanted(("image", "spline", "from", "to", "length"), _SIGMAS)
+_TANGENTS = Wanted(("image", "spline", "at", "direction"), ("sigma",))
+_PIXELS = ("pixel_corner", "pixel_centre", "pixel_one")
+
+Key = tuple[str, str, str]  # image, spline, mark
+
+
+@dataclass
+class Marks:
+    """Numbers of the measured curve points by image, spline and mark."""
+
+    number: dict[Key, int]
+    image: IntArray  # (n,)
+    building: Building
+
+    @classmethod
+    def of(cls, rows: ObservationRows, building: Building) -> Marks:
+        """Marks of all measured points; those without a column `mark` are counted for each image and spline."""
+        number: dict[Key, int] = {}
+        counted: dict[tuple[str, str], int] = {}
+        row_number = 0
+        for group in rows.groups:
+            table = group.table
+            images, splines = table.texts("image"), table.texts("spline")
+            marks = table.texts("mark") if table.has("mark") else None
+            for row, pair in enumerate(zip(images, splines, strict=True)):
+                counted[pair] = counted.get(pair, 0) + 1
+                mark = str(counted[pair]) if marks is None else marks[row]
+                if (*pair, mark) in number:
+                    where = f"mark `{mark}` of spline `{pair[1]}` in image `{pair[0]}`"
+                    place = table.place_of(row, "mark" if marks is not None else "spline")
+                    building.collector.error(
+                        "SBB302", f"{where} given twice", place, kind="marks given twice"
+                    )
+                number[(*pair, mark)] = row_number
+                row_number += 1
+        return cls(number, rows.image, building)
+
+    def points(self, table: Table, column: str) -> IntArray:
+        """Measured points that a column of marks names, (n,); -1 (and an error) where there is none."""
+        columns = (table.texts("image"), table.texts("spline"), table.texts(column))
+        out = np.full(table.rows, -1, dtype=np.int64)
+        for row, key in enumerate(zip(*columns, strict=True)):
+            found = self.number.get(key)
+            if found is None:
+                message = f"spline `{key[1]}` has no measured point `{key[2]}` in image `{key[0]}`"
+                help = "marks are in column `mark` of spline_points; without it points count from 1"
+                self.building.collector.error(
+                    "SBB301", message, table.place_of(row, column), help, kind="unknown marks"
+                )
+            else:
+                out[row] = found
+        return out
+
+
+def read_arc_lengths(
+    building: Building, images: ImageRows, marks: Marks, frames: list[PhotoFrame], renumbered: IntArray
+) -> ArcLengths:
+    """All arc lengths; `renumbered` maps measured points to those kept, -1 for those left out."""
+    parts, names = [], []
+    for number, group in enumerate(building.model.observations.arc_lengths):
+        path: YamlPath = ("observations", "arc_lengths", number)
+        table = building.reader.read(group, path, _ARCS)
+        if table is None:
+            continue
+        first, second = marks.points(table, "from"), marks.points(table, "to")
+        _check_links(table, first, second, building)
+        factor = _mm_per_unit(group, marks.image[first], images, frames, path, building)
+        length = table.numbers("length") * factor
+        _check_positive(table, length, building)
+        sigma = _length_sigma(group, table, marks.image[first], images, frames, path, building)
+        parts.append((first, second, length, sigma, np.full(table.rows, group.method == "simpson")))
+        names.append(group.name or group.table or f"arc_lengths[{number}]")
+    if not parts:
+        return ArcLengths.none()
+    first, second, length, sigma, simpson = (np.concatenate(column) for column in zip(*parts, strict=True))
+    kept = (first >= 0) & (second >= 0)
+    kept[kept] = renumbered[first[kept]] >= 0
+    return ArcLengths(
+        renumbered[first[kept]], renumbered[second[kept]], length[kept], sigma[kept], simpson[kept],
+        _group_numbers(parts)[kept], tuple(names),
+    )  # fmt: skip
+
+
+def read_tangents(
+    building: Building, images: ImageRows, marks: Marks, frames: list[PhotoFrame], renumbered: IntArray
+) -> Tangents:
+    """All tangents; parameters as for arc lengths."""
+    parts, names = [], []
+    for number, group in enumerate(building.model.observations.tangents):
+        path: YamlPath = ("observations", "tangents", number)
+        table = building.reader.read(group, path, _TANGENTS)
+        if table is None:
+            continue
+        unit = group.angle_unit or building.model.project.angle_unit
+        if unit is None:
+            help = "angle_unit: deg, gon or rad, here or in `project`"
+            building.collector.error("SBB202", "directions without a unit", building.source.place(path), help)
+            unit = "deg"
+        point = marks.points(table, "at")
+        _check_once(table, point, "at", "two tangents at one measured point", building)
+        direction = table.numbers("direction") * ANGLE_FACTORS[unit]
+        sigma = _sigma_column(group.sigma, table, "sigma", path, building) * ANGLE_FACTORS[unit]
+        turned = _in_photo(direction, group, marks.image[point], images, frames)
+        parts.append((point, turned, sigma, np.full(table.rows, group.directed)))
+        names.append(group.name or group.table or f"tangents[{number}]")
+    if not parts:
+        return Tangents.none()
+    point, direction, sigma, directed = (np.concatenate(column) for column in zip(*parts, strict=True))
+    kept = point >= 0
+    kept[kept] = renumbered[point[kept]] >= 0
+    return Tangents(
+        renumbered[point[kept]], direction[kept], sigma[kept], directed[kept], _group_numbers(parts)[kept],
+        tuple(names),
+    )  # fmt: skip
+
+
+def _group_numbers(parts: Sequence[tuple[Sized, ...]]) -> IntArray:
+    return np.concatenate([np.full(len(part[0]), k, dtype=np.int64) for k, part in enumerate(parts)])
+
+
+def _check_links(table: Table, first: IntArray, second: IntArray, building: Building) -> None:
+    """A chain runs from point to point: no forks, no rings, no arc from a point to itself."""
+    for row in np.flatnonzero((first == second) & (first >= 0))[:1]:
+        message = "an arc length from a measured point to itself"
+        building.collector.error("SBB209", message, table.place_of(int(row), "to"))
+    _check_once(table, first, "from", "two arc lengths begin at one measured point", building)
+    _check_once(table, second, "to", "two arc lengths end at one measured point", building)
+    following = dict(zip(first.tolist(), second.tolist(), strict=True))
+    ends = set(first.tolist()) - set(second.tolist())
+    reached = 0
+    for start in ends:
+        while start in following and start >= 0:
+            start, reached = following[start], reached + 1
+    if reached < int((first >= 0).sum()) and len(following) == len(first):
+        help = "leave one of them out: the last one says nothing new"
+        building.collector.error("SBB209", "arc lengths close a ring", table.place_of(0, "from"), help)
+
+
+def _check_once(table: Table, point: IntArray, column: str, message: str, building: Building) -> None:
+    known = np.flatnonzero(point >= 0)
+    _, first_row = np.unique(point[known], return_index=True)
+    for row in np.setdiff1d(known, known[first_row])[:1]:
+        building.collector.error("SBB302", message, table.place_of(int(row), column))
+
+
+def _check_positive(table: Table, length: FloatArray, building: Building) -> None:
+    for row in np.flatnonzero(length <= 0.0)[:1]:
+        building.collector.error(
+            "SBB205", "an arc length must be positive", table.place_of(int(row), "length")
+        )
+
+
+def _frame_of(
+    group: ArcLengthGroup | TangentGroup, image: IntArray, images: ImageRows, frames: list[PhotoFrame]
+) -> list[tuple[IntArray, PhotoFrame, str]]:
+    """Rows of every camera with its frame and the frame of the group's values."""
+    cameras = np.array(images.cameras, dtype=np.int64)
+    camera = np.where(image >= 0, cameras[image], -1)
+    return [
+        (np.flatnonzero(camera == k), frames[k], group.image_coordinates or frames[k].image_coordinates)
+        for k in np.unique(camera[camera >= 0])
+    ]
+
+
+def _mm_per_unit(
+    group: ArcLengthGroup, image: IntArray, images: ImageRows, frames: list[PhotoFrame], path: YamlPath,
+    building: Building,
+) -> FloatArray:  # fmt: skip
+    """Millimetres per unit of the lengths, (n,)."""
+    out = np.ones(len(image))
+    for rows, frame, wanted in _frame_of(group, image, images, frames):
+        if wanted == "photo_um":
+            out[rows] = 1e-3
+        elif wanted in _PIXELS:
+            out[rows] = _square_pixel(frame, path, building)
+    return out
+
+
+def _square_pixel(frame: PhotoFrame, path: YamlPath, building: Building) -> float:
+    """Size of a pixel, mm; an error where it is unknown or not square."""
+    place = building.source.place(path)
+    if frame.pixel_size_mm is None:
+        building.collector.error("SBB202", "lengths in pixels, but the camera has no `pixel_size_mm`", place)
+        return 1.0
+    width, height = frame.pixel_size_mm
+    if abs(width - height) > 1e-9 * width:
+        help = "give them in mm or µm: `image_coordinates: photo_mm`"
+        building.collector.error("SBB209", "lengths in pixels that are not square", place, help)
+    return float(width)
+
+
+def _length_sigma(
+    group: ArcLengthGroup, table: Table, image: IntArray, images: ImageRows, frames: list[PhotoFrame],
+    path: YamlPath, building: Building,
+) -> FloatArray:  # fmt: skip
+    """σ of the lengths, (n,) mm."""
+    units = {name for name in _SIGMAS if getattr(group, name) is not None or table.has(name)}
+    place = building.source.place(path)
+    help = "one of sigma_px, sigma_um, sigma_mm, for the group or as a column"
+    if len(units) != 1:
+        code, what = ("SBB202", "no σ for the arc lengths") if not units else ("SBB209", "σ in two units")
+        building.collector.error(code, what, place, help)
+        return np.ones(table.rows)
+    name = units.pop()
+    sigma = _sigma_column(getattr(group, name), table, name, path, building)
+    if name == "sigma_px":
+        for rows, frame, _ in _frame_of(group, image, images, frames):
+            sigma[rows] *= _square_pixel(frame, path, building)
+        return sigma
+    return sigma * (1e-3 if name == "sigma_um" else 1.0)
+
+
+def _sigma_column(
+    value: float | None, table: Table, column: str, path: YamlPath, building: Building
+) -> FloatArray:
+    """σ of the group, or of its column where there is one, (n,)."""
+    sigma = np.full(table.rows, np.nan if value is None else value)
+    if table.has(column):
+        own = table.sigmas(column)
+        for row in np.flatnonzero((own == 0.0) | np.isinf(own))[:1]:
+            building.collector.error(
+                "SBB309", f"`{column}` must be a number", table.place_of(int(row), column)
+            )
+        sigma = np.where(np.isnan(own), sigma, own)
+    for row in np.flatnonzero(np.isnan(sigma))[:1]:
+        place = table.place_of(int(row), column) if table.has(column) else building.source.place(path)
+        building.collector.error(
+            "SBB202", "a measurement without σ", place, f"`{column}` of the group or column"
+        )
+    return np.where(np.isfinite(sigma) & (sigma > 0.0), sigma, 1.0)
+
+
+def _in_photo(
+    direction: FloatArray, group: TangentGroup, image: IntArray, images: ImageRows, frames: list[PhotoFrame]
+) -> FloatArray:
+    """Directions in the photo frame (y up), (n,) rad."""
+    out = direction.copy()
+    for rows, frame, wanted in _frame_of(group, image, images, frames):
+        if wanted in _PIXELS:
+            width, height = frame.pixel_size_mm if frame.pixel_size_mm is not None else (1.0, 1.0)
+            out[rows] = np.arctan2(-height * np.sin(direction[rows]), width * np.cos(direction[rows]))
+    return out
