@@ -16,7 +16,11 @@ PARAMETERS = np.array([0.0, 1.0, 2.5, 3.0, 5.0])
 
 def curves() -> CurveSet:
     return CurveSet.of(
-        [polynomial_basis(3, np.array([0.0, 1.0])), natural_cubic_basis(PARAMETERS), natural_cubic_basis(PARAMETERS, closed=True)]
+        [
+            polynomial_basis(3, np.array([0.0, 1.0])),
+            natural_cubic_basis(PARAMETERS),
+            natural_cubic_basis(PARAMETERS, closed=True),
+        ]
     )
 
 
