@@ -8,7 +8,7 @@ import numpy as np
 
 from splinebba_cli.core.camera.rotation import rotation_object_from_photo
 from splinebba_cli.core.curves.basis import CurveBasis
-from splinebba_cli.core.curves.registry import FAMILIES, basis_of
+from splinebba_cli.core.curves.registry import basis_of, lasting_parameters
 from splinebba_cli.core.network import Curve, FloatArray, Network, RotationSequence
 from splinebba_cli.core.state import Prepared, State
 
@@ -77,8 +77,6 @@ def shape_of(curve: Curve, values: FloatArray) -> Shape:
 
 def with_fixed_parameters(curve: Curve, values: FloatArray) -> Curve:
     """The curve with the knot parameters of `values` written out: wrong starts do not change the family of curves."""
-    if not FAMILIES[curve.family].keeps_parameters or curve.knot_parameters is not None:
+    if curve.knot_parameters is not None or curve.parameterization == "uniform":
         return curve
-    if curve.parameterization == "uniform":
-        return curve
-    return replace(curve, knot_parameters=shape_of(curve, values)[0].break_points.copy())
+    return replace(curve, knot_parameters=lasting_parameters(curve, shape_of(curve, values)[0]))

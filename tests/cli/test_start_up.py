@@ -15,7 +15,8 @@ def run(code: str) -> str:
 
 
 @pytest.mark.parametrize(
-    "arguments", [["--help"], ["adjust", "--help"], ["--version"], ["explain", "SBB301"]]
+    "arguments",
+    [["--help"], ["adjust", "--help"], ["simulate", "--help"], ["--version"], ["explain", "SBB301"]],
 )
 def test_help_imports_nothing_heavy(arguments: list[str]) -> None:
     code = (
@@ -32,10 +33,10 @@ def test_public_functions_are_loaded_at_first_use() -> None:
     code = (
         "import sys, splinebba_cli\n"
         "assert 'numpy' not in sys.modules\n"
-        "assert {'load_project', 'adjust'} <= set(dir(splinebba_cli))\n"
-        "print(splinebba_cli.load_project.__name__, splinebba_cli.adjust.__name__)\n"
+        "assert {'load_project', 'adjust', 'simulate'} <= set(dir(splinebba_cli))\n"
+        "print(*(getattr(splinebba_cli, n).__name__ for n in ('load_project', 'adjust', 'simulate')))\n"
     )
-    assert run(code).strip() == "load_project adjust"
+    assert run(code).strip() == "load_project adjust simulate"
 
 
 def test_unknown_name_of_the_package() -> None:

@@ -98,6 +98,13 @@ def test_errors_across_do_not_depend_on_where_knots_slide() -> None:
     np.testing.assert_allclose(run_errors(aside, found).curves[3].across[:, 0], 1e-3, rtol=1e-3)
     np.testing.assert_allclose(run_errors(aside, found).curves[3].across[:, 1], 0.0, atol=1e-5)
     assert 0.1 < largest(run_errors(result, reference_of_truth(network, truth))) < 6.0
+    ahead = sample.sample_xyz.copy()  # the last place 5 m beyond the end, its ellipse a little askew
+    end = tangent[-1] / np.linalg.norm(tangent[-1])
+    ahead[-1] += 5.0 * end
+    askew = sample.sample_across_direction + 0.02 * end
+    beyond = replace(sample, sample_xyz=ahead, sample_across_direction=askew)
+    longer = replace(result, curves=(*result.curves[:3], beyond, *result.curves[4:]))
+    assert np.abs(run_errors(longer, found).curves[3].normalized).max() < 1e-6
 
 
 def test_starts_at_the_truth_always_come_back() -> None:

@@ -12,7 +12,7 @@ import pytest
 from splinebba_cli import load_project, simulate
 from splinebba_cli.core.adjustment import adjust
 from splinebba_cli.core.camera.rotation import angles_from_rotation
-from splinebba_cli.core.network import FloatArray, Network
+from splinebba_cli.core.network import Curve, FloatArray, Network
 from splinebba_cli.core.observations.locations import squared_distance
 from splinebba_cli.core.state import prepare
 from splinebba_cli.errors import ProjectError, SimulationError
@@ -20,7 +20,7 @@ from splinebba_cli.project.loading import LoadedProject
 from splinebba_cli.simulation.observation_kinds import measured_xy
 from splinebba_cli.simulation.project_design import project_design
 from splinebba_cli.simulation.six_image_block import simulate_block
-from splinebba_cli.simulation.truth import Truth, shape_of, true_state
+from splinebba_cli.simulation.truth import Truth, shape_of, true_state, with_fixed_parameters
 
 SAMPLES = Path(__file__).parents[2] / "sample_projects"
 
@@ -211,6 +211,17 @@ def test_parameters_of_chord_lengths_are_those_of_the_true_curve(project: Path) 
     )
     assert np.abs(network.curves[tie].values - truth.curves[tie]).max() > 0.5
     assert adjust(network).statistics.vtpv < 1e-6
+
+
+@pytest.mark.parametrize("family", ["natural_cubic", "cardinal", "catmull_rom"])
+def test_other_families_keep_the_parameters_of_the_truth_as_well(family: str) -> None:
+    true = np.array([[0.0, 0, 0], [10, 5, 1], [25, 4, 2], [31, 9, 2]])
+    curve = Curve("a", "tie", family, true + 2.0, np.full((4, 3), np.inf))
+    fixed = with_fixed_parameters(curve, true)
+    assert fixed.knot_parameters is not None
+    np.testing.assert_allclose(
+        shape_of(fixed, true + [[0], [3], [0], [0]])[0].break_points, shape_of(curve, true)[0].break_points
+    )
 
 
 def test_simulate_of_a_kind_is_the_block() -> None:
