@@ -33,7 +33,6 @@ def nearest_on_curve(
         chunk = points[begin : begin + 1000]
         square = np.sum((chunk[:, None, :] - xyz[None, :, :]) ** 2, axis=2)
         u[begin : begin + 1000] = samples[np.argmin(square, axis=1)]
-    spacing = np.min(np.diff(samples))
     for _ in range(10):
         difference = basis.evaluate(u, coefficients) - points
         first, second = basis.evaluate(u, coefficients, 1), basis.evaluate(u, coefficients, 2)
@@ -41,6 +40,8 @@ def nearest_on_curve(
         hessian = square + np.sum(difference * second, axis=1)
         curvature = np.where(hessian > 0.2 * square, hessian, np.maximum(square, 1e-300))
         step = -np.sum(difference * first, axis=1) / curvature
+        segment, _ = basis.locate(u)
+        spacing = np.diff(breaks)[segment] / SAMPLES_PER_SEGMENT
         u = u + np.clip(step, -spacing, spacing)
         if not basis.closed:
             u = np.clip(u, breaks[0], breaks[-1])
