@@ -133,7 +133,8 @@ def test_the_fit_lies_between_the_points_where_the_alignment_does() -> None:
     """Points every 10 m.
 
     A curve that leaves the points by ± 4 mm in turn has the curvature 4 · 4 mm / (10 m)², and this the sagitta
-    (10 m)² / 8 · 4 · 4 mm / (10 m)² = 2 mm between two points: so far, beyond the threshold, it may leave the alignment.
+    (10 m)² / 8 · 4 · 4 mm / (10 m)² = 2 mm between two points: so far beyond the threshold it may
+    leave the alignment.
     """
     alignment = random_alignment(3000.0, 3)
     fit = fit_spline(digitised(alignment, 3000.0, 10.0, 0.0), 0.004)
