@@ -26,7 +26,7 @@ def smoothing_spline(points: FloatArray, threshold: float, bisections: int = 24)
             low, best = factor, (len(spline.t) - 2 * spline.k, largest)
         else:
             high = factor
-        if high < 1.02 * low:
+        if high < 1.05 * low:
             break
     return best
 

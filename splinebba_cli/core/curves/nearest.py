@@ -8,7 +8,7 @@ from splinebba_cli.core.curves.basis import CurveBasis
 from splinebba_cli.core.network import FloatArray
 
 SAMPLES_PER_SEGMENT = 32
-STEPS = 20  # a step that leads away is refused, the next one from there is shorter
+STEPS = 20  # a step that leads away is refused, and the next one is shorter; else it may be longer
 
 
 def nearest_on_curve(
@@ -44,7 +44,7 @@ def nearest_on_curve(
         new = np.linalg.norm(basis.evaluate(trial, coefficients) - points, axis=1)
         nearer = new <= distance
         u, distance = np.where(nearer, trial, u), np.where(nearer, new, distance)
-        reach = np.where(nearer, reach, 0.25 * reach)
+        reach = np.where(nearer, 2.0, 0.25) * reach
     return u, distance
 
 
