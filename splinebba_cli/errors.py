@@ -61,6 +61,11 @@ ERROR_CODES: dict[str, str] = {
     "SBB314": "prior without a value",
     "SBB315": "image without any way to an approximate orientation",
     "SBB316": "control feature without an error to adjust and without observations",
+    "SBB320": "too few points for a curve",
+    "SBB321": "coordinates in degrees",
+    "SBB322": "heights missing",
+    "SBB323": "threshold smaller than the noise of the points",
+    "SBB324": "line that returns to its first point",
     # 4xx: tables
     "SBB401": "table not found or unreadable",
     "SBB402": "missing or unknown column",
@@ -68,6 +73,7 @@ ERROR_CODES: dict[str, str] = {
     "SBB404": "wrong number of fields in a row",
     "SBB405": "empty table",
     "SBB406": "table format not supported",
+    "SBB407": "not GeoJSON, or no lines in it",
     # 5xx: adjustment
     "SBB501": "the network is singular",
     "SBB502": "the adjustment did not converge",
@@ -90,7 +96,7 @@ ERROR_CODES: dict[str, str] = {
     # 6xx: output
     "SBB601": "results cannot be written",
     "SBB602": "not a result folder",
-    "SBB603": "the folder exists",
+    "SBB603": "the file or folder exists",
     # 7xx: simulation
     "SBB701": "the truth does not fit the project",
     "SBB702": "not enough is known to simulate",
@@ -131,6 +137,10 @@ class UsageError(SplinebbaError):
     """The command was called in a way that makes no sense."""
 
 
+class FitError(SplinebbaError):
+    """Points do not make a curve."""
+
+
 class OutputError(SplinebbaError):
     """Results cannot be written or read."""
 
@@ -142,6 +152,8 @@ class SimulationError(SplinebbaError):
 class ProjectError(SplinebbaError):
     """The project is invalid; carries every diagnostic, in the order of the file."""
 
+    subject = "the project"
+
     def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
         self.diagnostics: tuple[Diagnostic, ...] = tuple(diagnostics)
         errors = [d for d in self.diagnostics if d.severity == "error"]
@@ -149,6 +161,12 @@ class ProjectError(SplinebbaError):
         more = f" (and {len(errors) - 1} more)" if len(errors) > 1 else ""
         message = f"{first.message}{more}" if first else "invalid project"
         super().__init__(first.code if first else "SBB203", message, first.help if first else "")
+
+
+class PointsFileError(ProjectError):
+    """A file of digitised points is invalid."""
+
+    subject = "the points"
 
 
 class NotSolvableError(SplinebbaError):

@@ -9,7 +9,7 @@ import typer
 from typer.core import TyperGroup
 
 from splinebba_cli import __version__
-from splinebba_cli.commands import adjust, check, explain, report, schema, simulate
+from splinebba_cli.commands import adjust, check, explain, fit, report, schema, simulate
 from splinebba_cli.errors import ExitCode
 
 
@@ -87,6 +87,7 @@ app.command("check")(check.check)
 app.command("adjust")(adjust.adjust)
 app.command("report")(report.report)
 app.command("simulate")(simulate.simulate)
+app.command("fit")(fit.fit)
 app.command("schema")(schema.schema)
 app.command("explain")(explain.explain)
 

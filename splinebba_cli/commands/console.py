@@ -108,7 +108,7 @@ def expected_errors(as_json: bool = False) -> Iterator[None]:
             print_diagnostics(error.diagnostics, to_stdout=False)
             count = sum(item.severity == "error" for item in error.diagnostics)
             print(
-                f"{count} error{'s' if count != 1 else ''} in the project; nothing was written",
+                f"{count} error{'s' if count != 1 else ''} in {error.subject}; nothing was written",
                 file=sys.stderr,
             )
         else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -28,6 +29,7 @@ from splinebba_cli.project.network_tables import (
     points_table,
     tangents_table,
 )
+from splinebba_cli.project.scalars import sigma_as_written
 from splinebba_cli.project.yaml_writing import project_yaml
 
 
@@ -158,6 +160,26 @@ def _camera(camera: Camera) -> dict[str, Any]:
 
 def spline_entry(curve: Curve, prefix: str = "") -> dict[str, Any]:
     """The entry of a spline whose rows stand in the tables of all splines (`prefix` + knots.csv …)."""
+    out = _spline_head(curve)
+    out["knots"] = {"table": f"{prefix}knots.csv"}
+    if curve.reference is not None:
+        out["reference_knots"] = {"table": f"{prefix}reference_knots.csv"}
+    if curve.check_values is not None:
+        out["check_values"] = {"table": f"{prefix}check_values.csv"}
+    return out
+
+
+def inline_spline_entry(curve: Curve) -> dict[str, Any]:
+    """The entry of a spline with one σ for all knots (or none: free), its knots as rows in the project file."""
+    out = _spline_head(curve)
+    sigma = float(curve.sigma[0, 0])
+    if not math.isinf(sigma):
+        out["sigma"] = sigma_as_written(sigma)
+    out["knots"] = curve.values.tolist()
+    return out
+
+
+def _spline_head(curve: Curve) -> dict[str, Any]:
     out: dict[str, Any] = {"id": curve.id, "role": curve.role}
     if curve.family != "natural_cubic":
         out["family"] = curve.family
@@ -175,11 +197,6 @@ def spline_entry(curve: Curve, prefix: str = "") -> dict[str, Any]:
         out["tension"] = float(curve.tension)
     if curve.breaks:
         out["breaks"] = list(curve.breaks)
-    out["knots"] = {"table": f"{prefix}knots.csv"}
-    if curve.reference is not None:
-        out["reference_knots"] = {"table": f"{prefix}reference_knots.csv"}
-    if curve.check_values is not None:
-        out["check_values"] = {"table": f"{prefix}check_values.csv"}
     return out
 
 

@@ -54,7 +54,12 @@ _ProjectDumper.add_representer(dict, _mapping)
 
 def project_yaml(data: dict[str, Any], comment: str = "") -> str:
     """The text of a project file, one section after the other."""
-    head = FIRST_LINE + "".join(f"# {line}\n" for line in comment.splitlines())
+    return FIRST_LINE + sections_yaml(data, comment)
+
+
+def sections_yaml(data: dict[str, Any], comment: str = "") -> str:
+    """The text of some sections of a project file, under a comment."""
+    head = "".join(f"# {line}\n" for line in comment.splitlines())
     parts = [
         yaml.dump(
             _Section({key: value}), Dumper=_ProjectDumper, sort_keys=False, allow_unicode=True, width=110

@@ -1,0 +1,90 @@
+"""Digitised lines of a file of points: CSV or GeoJSON, by its name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from splinebba_cli.core.network import FloatArray
+from splinebba_cli.errors import PointsFileError
+from splinebba_cli.project.diagnostics import Collector, Diagnostic, Place, suggestion
+
+GEOJSON_SUFFIXES = (".geojson", ".json")
+DEGREES_HELP = (
+    "project them to a Cartesian frame in metres (a map projection, a local frame) and fit again; "
+    "`--cartesian` says that they are metres already"
+)
+
+
+@dataclass(frozen=True)
+class DigitisedLine:
+    """Points of one line in their order."""
+
+    id: str  # empty where the file gives none
+    points: FloatArray  # (n, 3) metres
+    closed: bool = False
+
+
+@dataclass(frozen=True)
+class ReadingOptions:
+    """How a file of points is read."""
+
+    columns: tuple[str, ...] | None = None  # CSV: names of x, y, z (and spline) in the header or their order
+    height: float | None = None  # z of points that have none, metres
+    cartesian: bool = False  # coordinates are metres even if they look like degrees
+
+
+def read_digitised_lines(
+    path: Path, options: ReadingOptions
+) -> tuple[tuple[DigitisedLine, ...], tuple[Diagnostic, ...]]:
+    """Lines of a file of points, and warnings.
+
+    Parameters
+    ----------
+    path : Path
+        ``.geojson`` and ``.json`` are GeoJSON, everything else is CSV.
+
+    Raises
+    ------
+    PointsFileError
+        With every error of the file.
+    """
+    from splinebba_cli.exchange.geojson import lines_from_geojson
+    from splinebba_cli.exchange.points_csv import lines_from_csv
+
+    collector = Collector()
+    text = _text(path, collector)
+    is_geojson = path.suffix.lower() in GEOJSON_SUFFIXES
+    read = lines_from_geojson if is_geojson else lines_from_csv
+    lines = [] if text is None else read(text, str(path), options, collector)
+    if collector.has_errors or not lines:
+        if not collector.has_errors:
+            collector.error("SBB405", "there are no lines in the file", Place(str(path)))
+        raise PointsFileError(collector.finished())
+    return tuple(lines), collector.finished()
+
+
+def look_like_degrees(points: FloatArray) -> bool:
+    """Whether x and y could be longitude and latitude."""
+    return bool(np.all(np.abs(points[:, 0]) <= 180.0) and np.all(np.abs(points[:, 1]) <= 90.0))
+
+
+def _text(path: Path, collector: Collector) -> str | None:
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        try:
+            near = suggestion(path.name, [item.name for item in path.parent.iterdir()])
+        except OSError:
+            near = ""
+        reason = error.strerror or str(error)
+        collector.error("SBB401", f"`{path}` cannot be read: {reason}", Place(str(path)), near)
+        return None
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content[: error.start].count(b"\n") + 1
+        collector.error("SBB103", f"`{path}` is not UTF-8", Place(str(path), line), "save it as UTF-8")
+        return None
