@@ -24,6 +24,7 @@ from splinebba_cli.core.network import (
     Network,
     PointObservations,
     Points,
+    RotationSequence,
     Settings,
 )
 from splinebba_cli.simulation import dissertation_tables as printed
@@ -218,12 +219,13 @@ def _images(made: Experiment, true: FloatArray, start: FloatArray) -> Images:
     count = len(true)
     ids = tuple(str(k + 1) for k in range(count)) if made.geometry == "synthetic" else ("762", "764", "766")
     known = made.known_orientations
+    sequence: RotationSequence = "omega-phi-kappa"
     return Images(
         ids=ids,
         camera=np.zeros(count, dtype=np.int64),
         rotation=rotation_object_from_photo(start[:, :3]),
         position=start[:, 3:],
-        sequence=("omega-phi-kappa",) * count,
+        sequence=(sequence,) * count,
         prior=true.copy() if known else np.full((count, 6), np.nan),
         prior_sigma=np.zeros((count, 6)) if known else np.full((count, 6), np.inf),
     )
