@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 from splinebba_cli.commands.app import app
 from splinebba_cli.core.budget import Budget, budget
-from splinebba_cli.core.network import Network
+from splinebba_cli.core.network import ArcLengths, Network
 from splinebba_cli.errors import NotSolvableError
 from splinebba_cli.project.writer import write_project
 from splinebba_cli.simulation.dissertation import design_of, experiment, experiments
@@ -67,6 +67,21 @@ def test_row(name: str, start: str) -> None:
 def test_row_with_searched_locations(name: str, start: str) -> None:
     """Locations that run into the ends of the curve, as rough values make them do, stay unknowns of their own."""
     assert figures(budget(without_locations(starting_at(name, start)))) == ROWS[name]
+
+
+@pytest.mark.parametrize(
+    ("name", "row"),
+    [
+        ("table_5_4", (24, 24, 22, 2, 2)),
+        ("table_5_5", (24, 21, 20, 1, 4)),
+        ("table_5_7", (48, 60, 48, 12, 0)),
+        ("section_5_3", (96, 102, 96, 6, 0)),
+    ],
+)
+def test_row_without_arc_lengths(name: str, row: tuple[int, ...]) -> None:
+    """Rough locations that are no foot points: no equation along the curve may be left over."""
+    network = replace(starting_at(name, "rough"), arc_lengths=ArcLengths.none())
+    assert figures(budget(network)) == row
 
 
 @pytest.mark.parametrize("name", list(ROWS))
