@@ -78,6 +78,8 @@ def counts(loaded: LoadedProject) -> dict[str, int]:
         "points": len(network.points.ids),
         "spline_observations": len(network.curve_observations),
         "point_observations": len(network.point_observations),
+        "arc_lengths": len(network.arc_lengths),
+        "tangents": len(network.tangents),
     }
 
 
@@ -113,6 +115,8 @@ def _print_budget(loaded: LoadedProject, found: Budget, format: CheckFormat) -> 
             level = {"error": "error", "warning": "warning", "info": "notice"}[problem.severity]
             print(f"::{level} title={problem.code}::{problem.message}")
         return
+    from splinebba_cli.report.budget_tables import BudgetTables
+
     console = rich_console()
     for problem in found.problems:
         console.print(problem_text(problem) + "\n", markup=False, soft_wrap=True)
@@ -126,4 +130,12 @@ def _print_budget(loaded: LoadedProject, found: Budget, format: CheckFormat) -> 
         f"  {found.equations} equations, {found.unknowns} unknowns, rank {found.rank}, "
         f"nullity {found.nullity}, redundancy {found.redundancy} (before gauge and datum conditions)"
     )
-    console.print(f"{measured}\n{budget}", markup=False, soft_wrap=True)
+    linked = _counted_linked(number)
+    console.print(f"{measured}{linked}\n{budget}\n", markup=False, soft_wrap=True)
+    console.print(BudgetTables(found))
+
+
+def _counted_linked(number: dict[str, int]) -> str:
+    """Arc lengths and tangents, if there are any."""
+    names = (("arc_lengths", "arc lengths"), ("tangents", "tangents"))
+    return "".join(f", {number[key]} {name}" for key, name in names if number[key])

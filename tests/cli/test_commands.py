@@ -61,7 +61,45 @@ def test_check_as_json(project: Path) -> None:
     assert budget["rank"] + budget["nullity"] == budget["unknowns"]
     assert budget["redundancy"] == budget["equations"] - budget["rank"]
     assert found["counts"]["images"] == len(found["images"]) == 6
-    assert {"kind", "id", "images", "observations", "equations", "unknowns"} == set(found["features"][0])
+    assert found["counts"]["arc_lengths"] == found["counts"]["tangents"] == 0
+    for feature in found["features"]:
+        parts = ("arc_lengths", "tangents", "given_values", "shape_conditions")
+        assert feature["equations"] == 2 * feature["observations"] + sum(feature[key] for key in parts)
+        assert feature["unknowns"] == feature["coefficients"] + feature["locations"]
+        assert feature["redundancy"] == feature["equations"] - feature["rank"]
+    tie = next(feature for feature in found["features"] if feature["id"] == "tie-1")
+    assert (tie["lee_unknowns"], tie["coefficients"]) == (12 * 6 + tie["locations"], 21)
+    assert "continuity takes the rest" in tie["reason"]
+    for image in found["images"]:
+        measured = 2 * (image["points"] + image["spline_points"])
+        assert image["equations"] == measured + image["arc_lengths"] + image["tangents"] + image["priors"]
+
+
+def test_check_shows_features_and_images(project: Path) -> None:
+    result = run("check", project)
+    lines = result.stdout.splitlines()
+    assert max(map(len, lines)) <= 110
+    found = json.loads(run("check", project, "--format", "json").stdout)
+    shown = {line.split()[0]: line.split() for line in lines if line.startswith(" ") and line.split()}
+    for feature in found["features"]:
+        if feature["kind"] == "spline":
+            keys = (
+                "images", "observations", "equations", "unknowns", "rank", "redundancy", "ties",
+                "gauge_conditions", "lee_unknowns", "lee_redundancy",
+            )  # fmt: skip
+            assert shown[feature["id"]][1:] == [str(feature[key]) for key in keys]
+    assert shown["6"][-1] == str(found["images"][5]["redundancy"])
+    assert any("natural spline: 3(n+1)" in line for line in lines)
+
+
+def test_check_cuts_long_lists(tmp_path: Path) -> None:
+    assert run("simulate", "strip", "-o", tmp_path / "x").exit_code == 0
+    result = run("check", tmp_path / "x")
+    count = json.loads(run("check", tmp_path / "x", "--format", "json").stdout)["counts"]
+    longest = max(count["images"], count["splines"])
+    assert longest > 12
+    assert f"… and {longest - 12} more (--format json has all)" in result.stdout
+    assert len(result.stdout.splitlines()) < 90
 
 
 def test_check_of_an_invalid_project(project: Path) -> None:

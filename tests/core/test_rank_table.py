@@ -1,10 +1,9 @@
-"""The rank and nullity table of theory.md, section 6, from the redundancy budget of the program.
+"""The rank and nullity table of theory.md, section 6, without arc lengths, and what more points do in their place.
 
-The table counts arc lengths, which do not exist yet.  They do not change which directions are undetermined, so the
-rows are shown without them: equations and redundancy are smaller by their number, rank and nullity are the table's
-where the image points alone suffice.  Where they do not (4 points an image and no more equations), more points take
-their place and only the nullity can be compared; each test says so.  The complete rows, arc lengths written in the
-test itself, are in test_rank_table_with_arcs.py.
+Arc lengths do not change which directions are undetermined: equations and redundancy are smaller by their number, rank
+and nullity are the table's where the image points alone suffice.  Where they do not (4 points an image and no more
+equations), more points take their place and only the nullity can be compared; each test says so.  The complete rows are
+in test_rank_table_of_the_dissertation.py.
 """
 
 from __future__ import annotations
@@ -99,15 +98,21 @@ def test_table_5_6_control_spline_locations_only() -> None:
     assert found.redundancy == 18
 
 
-def test_a_held_location_is_no_unknown() -> None:
-    """Points bound to the first of four segments: those beyond its end keep two equations and lose their unknown."""
+def test_a_location_without_a_domain_is_no_unknown() -> None:
+    """A curve that is one point: two equations and no location for every measurement."""
+    network = design(curve("place", CUBIC[:1], family="polynomial_0"), each=2, known=True)
+    assert len(network.curve_observations) == 4
+    assert figures(budget(network)) == (8, 3, 3, 0)
+
+
+def test_locations_at_the_end_of_their_segment_are_unknowns() -> None:
+    """Points bound to the first of four segments: those measured beyond its end keep their unknown all the same."""
     network = design(curve("control", WINDING, 0.0, "natural_cubic"), each=12, known=True)
     seen = network.curve_observations
-    inside = int((seen.location < 1.0).sum())
+    assert (seen.location > 1.0).any()
     bound = replace(seen, segment=np.zeros(len(seen), dtype=np.int64), location=np.full(len(seen), np.nan))
     found = budget(replace(network, curve_observations=bound))
-    assert 0 < inside < len(seen)
-    assert figures(found) == (2 * len(seen), inside, inside, 0)
+    assert figures(found) == (2 * len(seen), len(seen), len(seen), 0)
 
 
 def test_table_5_7_six_orientations_one_control_segment() -> None:

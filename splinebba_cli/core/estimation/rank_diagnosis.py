@@ -1,8 +1,9 @@
 """Rank of the measurements, and the null directions in the user's words.
 
-Small networks: singular values of the design matrix with columns scaled to unit length.  Large ones: the smallest
-eigenvalues of the reduced normal matrix, scaled to a unit diagonal, by subspace iteration with a shifted factor.
-(theory, section 6: diagnose, never guess)
+Small networks: singular values of the design matrix with columns scaled to unit length, against the bound of rounding
+(:mod:`~splinebba_cli.core.estimation.numerical_rank`).  Large ones: the smallest eigenvalues of the reduced normal
+matrix, scaled to a unit diagonal, by subspace iteration with a shifted factor.  (theory, section 6: diagnose, never
+guess)
 """
 
 from __future__ import annotations
@@ -15,10 +16,10 @@ from splinebba_cli.core.estimation.block_cholesky import NotPositiveDefinite
 from splinebba_cli.core.estimation.block_matrix import BlockMatrix
 from splinebba_cli.core.estimation.design_matrix import DesignMatrix, design_matrix, unknown_count
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
+from splinebba_cli.core.estimation.numerical_rank import rounding_limit, scaled_columns
 from splinebba_cli.core.network import FloatArray
 
 DENSE_LIMIT = 1500  # unknowns up to which the design matrix is decomposed
-RELATIVE_ZERO = 1e-11  # of the largest singular value
 CLEAR = 1e-9  # eigenvalue of the scaled normal matrix from which nothing needs a closer look
 SHIFT = 1e-10
 EIGEN_ZERO = 1e-11
@@ -50,14 +51,12 @@ def _dense_null_space(assembler: Assembler, design: DesignMatrix) -> NullSpace:
     columns = design.matrix.shape[1]
     if not columns:
         return NullSpace(0, 0, np.zeros((0, width)))
-    scale = np.linalg.norm(design.matrix, axis=0)
-    reached = scale > 0.0
-    scaled = design.matrix / np.where(reached, scale, 1.0)
+    scaled, reached = scaled_columns(design.matrix)
     if reached.all() and _clearly_regular(scaled):
         return NullSpace(columns, columns, np.zeros((0, width)))
     matrix = np.vstack([scaled, np.zeros((max(0, columns - len(scaled)), columns))])
     _, singular, right = np.linalg.svd(matrix, full_matrices=False)
-    zero = singular <= RELATIVE_ZERO * max(float(singular[0]), 1e-300)
+    zero = singular <= rounding_limit(columns)
     vectors = np.zeros((int(zero.sum()), width))
     vectors[:, design.unknown] = right[zero]
     return NullSpace(columns, columns - len(vectors), vectors)

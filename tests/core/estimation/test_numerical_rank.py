@@ -1,0 +1,36 @@
+"""What is zero up to rounding, and what is only small."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from splinebba_cli.core.estimation.numerical_rank import numerical_rank
+from splinebba_cli.core.network import FloatArray
+
+
+def with_singular_values(values: list[float], rows: int, seed: int) -> FloatArray:
+    random = np.random.default_rng(seed)
+    left = np.linalg.qr(random.standard_normal((rows, len(values))))[0]
+    right = np.linalg.qr(random.standard_normal((len(values), len(values))))[0]
+    return np.asarray(left * np.array(values) @ right.T)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_weak_direction_is_no_null(seed: int) -> None:
+    """The smallest true singular value of Lee's designs is about 1e-11 of the largest."""
+    for smallest, rank in ((1e-11, 60), (0.0, 59)):
+        values = [*np.geomspace(1.0, 1e-9, 59), smallest]
+        assert numerical_rank(with_singular_values(values, 66, seed)) == rank
+
+
+def test_units_do_not_matter() -> None:
+    matrix = with_singular_values([1.0, 0.5, 0.1, 0.0], 9, 3)
+    assert numerical_rank(matrix * [1e-9, 1.0, 1e6, 1e12]) == numerical_rank(matrix) == 3
+
+
+def test_columns_that_nothing_reaches() -> None:
+    assert numerical_rank(np.zeros((4, 3))) == 0
+    assert numerical_rank(np.zeros((0, 3))) == 0
+    assert numerical_rank(np.zeros((3, 0))) == 0
+    assert numerical_rank(np.array([[0.0, 2.0], [0.0, 1.0]])) == 1
