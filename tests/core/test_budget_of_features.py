@@ -58,7 +58,11 @@ def test_natural_splines(knots: int) -> None:
     found = counted(tie("spline", "natural_cubic", WINDING[:knots]))
     segments = knots - 1
     points = 6 * 24
-    assert (found.coefficients, found.unknowns, found.rank) == (3 * knots, 3 * knots + points, 3 * knots + points)
+    assert (found.coefficients, found.unknowns, found.rank) == (
+        3 * knots,
+        3 * knots + points,
+        3 * knots + points,
+    )
     assert (found.lee_unknowns, found.lee_redundancy) == (12 * segments + points, points - 12 * segments)
     assert found.redundancy == 2 * points - points - 3 * knots
     assert f"3(n+1) = {3 * knots} coefficients, not 12n = {12 * segments}" in found.reason
@@ -80,7 +84,10 @@ def test_known_start_points() -> None:
     """9 unknowns instead of 12 (table 5.1), one gauge direction instead of two."""
     found = counted(started("partial", CUBIC))
     assert (found.coefficients, found.lee_unknowns) == (9, 9 + found.locations)
-    assert f"known start point is seen by no measurement, arc lengths included: rank {found.rank} of" in found.reason
+    assert (
+        f"known start point is seen by no measurement, arc lengths included: rank {found.rank} of"
+        in found.reason
+    )
     knots = np.full(WINDING.shape, np.inf)
     knots[0] = 0.0
     spline = counted(Feature("partial", "partial", WINDING, knots, family="natural_cubic"))
