@@ -147,13 +147,12 @@ def _check_links(table: Table, first: IntArray, second: IntArray, building: Buil
         building.collector.error("SBB209", message, table.place_of(int(row), "to"))
     _check_once(table, first, "from", "two arc lengths begin at one measured point", building)
     _check_once(table, second, "to", "two arc lengths end at one measured point", building)
-    following = dict(zip(first.tolist(), second.tolist(), strict=True))
-    ends = set(first.tolist()) - set(second.tolist())
-    reached = 0
-    for start in ends:
-        while start in following and start >= 0:
-            start, reached = following[start], reached + 1
-    if reached < int((first >= 0).sum()) and len(following) == len(first):
+    links = [(a, b) for a, b in zip(first.tolist(), second.tolist(), strict=True) if a >= 0 and a != b]
+    following = dict(links)
+    for start in set(following) - {b for _, b in links}:
+        while start in following:
+            start = following.pop(start)
+    if following and len({a for a, _ in links}) == len(links) == len({b for _, b in links}):
         help = "leave one of them out: the last one says nothing new"
         building.collector.error("SBB209", "arc lengths close a ring", table.place_of(0, "from"), help)
 
