@@ -58,7 +58,11 @@ def test_natural_splines(knots: int) -> None:
     found = counted(tie("spline", "natural_cubic", WINDING[:knots]))
     segments = knots - 1
     points = 6 * 24
-    assert (found.coefficients, found.unknowns, found.rank) == (3 * knots, 3 * knots + points, 3 * knots + points)
+    assert (found.coefficients, found.unknowns, found.rank) == (
+        3 * knots,
+        3 * knots + points,
+        3 * knots + points,
+    )
     assert (found.lee_unknowns, found.lee_redundancy) == (12 * segments + points, points - 12 * segments)
     assert found.redundancy == 2 * points - points - 3 * knots
     assert f"3(n+1) = {3 * knots} coefficients, not 12n = {12 * segments}" in found.reason
@@ -80,7 +84,10 @@ def test_known_start_points() -> None:
     """9 unknowns instead of 12 (table 5.1), one gauge direction instead of two."""
     found = counted(started("partial", CUBIC))
     assert (found.coefficients, found.lee_unknowns) == (9, 9 + found.locations)
-    assert f"known start point is seen by no measurement, arc lengths included: rank {found.rank} of" in found.reason
+    assert (
+        f"known start point is seen by no measurement, arc lengths included: rank {found.rank} of"
+        in found.reason
+    )
     knots = np.full(WINDING.shape, np.inf)
     knots[0] = 0.0
     spline = counted(Feature("partial", "partial", WINDING, knots, family="natural_cubic"))
@@ -136,7 +143,9 @@ def test_points_and_images_of_a_mixed_block() -> None:
     for feature in found.features:
         assert feature.rank == feature.unknowns  # all are determined, orientations known
         if feature.kind == "point" and not feature.given_values:
-            assert feature.redundancy == feature.ties == 2 * feature.images - 3  # Lee: r = 2 m - 3
+            assert (
+                feature.redundancy == feature.orientation_conditions == 2 * feature.images - 3
+            )  # Lee: r = 2 m - 3
             assert feature.lee_redundancy == feature.redundancy
     assert all(image.rank == image.unknowns for image in found.images)
 
@@ -157,8 +166,8 @@ def test_an_image_that_its_measurements_do_not_determine() -> None:
     found = budget(design(curve("control", LEE_SEGMENT, 0.0), each=4, known=False))
     assert {(image.unknowns, image.rank, image.redundancy) for image in found.images} == {(10, 8, 0)}
     (feature,) = found.features
-    assert (feature.rank, feature.ties) == (24, 24)
-    assert found.rank == feature.rank + feature.ties
+    assert (feature.rank, feature.orientation_conditions) == (24, 24)
+    assert found.rank == feature.rank + feature.orientation_conditions
 
 
 def test_features_too_large_for_a_dense_decomposition(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -170,5 +179,5 @@ def test_features_too_large_for_a_dense_decomposition(monkeypatch: pytest.Monkey
     found = budget(network)
     assert found.rank == before.rank
     for feature, known in zip(found.features, before.features, strict=True):
-        assert (feature.rank, feature.redundancy, feature.ties) == (None, None, None)
+        assert (feature.rank, feature.redundancy, feature.orientation_conditions) == (None, None, None)
         assert (feature.equations, feature.unknowns) == (known.equations, known.unknowns)
