@@ -48,7 +48,7 @@ class ArcLengthGroup(TableOrRows):
     method: Literal["gauss-legendre", "simpson"] = Field(
         default="gauss-legendre",
         description=(
-            "Integration: gauss-legendre, eight nodes a piece, split at knots; simpson: one step (Lee 2008, eq. "
+            "Integration: gauss-legendre, ten nodes a piece, split at knots; simpson: one step (Lee 2008, eq. "
             "3.38), biased where points are further apart than a third of a segment."
         ),
     )

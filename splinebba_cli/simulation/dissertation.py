@@ -29,7 +29,7 @@ from splinebba_cli.core.network import (
 )
 from splinebba_cli.simulation import dissertation_tables as printed
 from splinebba_cli.simulation.block_geometry import LEE_TABLE_5_3
-from splinebba_cli.simulation.dissertation_tables import PrintedTable
+from splinebba_cli.simulation.dissertation_tables import Printed, PrintedTable
 from splinebba_cli.simulation.linked_observations import with_arc_lengths
 from splinebba_cli.simulation.realization import Design, exact_network
 from splinebba_cli.simulation.truth import Truth
@@ -98,8 +98,7 @@ def _segment(
 
 def _section_5_3() -> tuple[Segment, ...]:
     """Two segments whose start points are known; the deviations of the starts are those of table 5.5 for both."""
-    assert printed.TABLE_5_5.coefficients is not None
-    deviation = np.nan_to_num(printed.TABLE_5_5.coefficients.start - SECOND)
+    deviation = np.nan_to_num(_start(printed.TABLE_5_5.coefficients) - SECOND)
     table = PrintedTable(locations={"tie": printed.TABLE_5_7.locations["control"]})
     return (
         _segment("first", "partial", FIRST, table, FIRST + deviation),
@@ -107,23 +106,24 @@ def _section_5_3() -> tuple[Segment, ...]:
     )
 
 
+def _start(printed_values: Printed | None) -> FloatArray:
+    """Initial values of a table that prints them."""
+    if printed_values is None:
+        raise ValueError("the table prints no such values")
+    return printed_values.start
+
+
 def experiments() -> tuple[Experiment, ...]:
     """All experiments in the order of the dissertation."""
     t = printed
-    c54, c55, c58, c510 = (
-        table.coefficients for table in (t.TABLE_5_4, t.TABLE_5_5, t.TABLE_5_8, t.TABLE_5_10)
-    )
-    o57, o58, o512 = (table.orientations for table in (t.TABLE_5_7, t.TABLE_5_8, t.TABLE_5_12))
-    assert c54 and c55 and c58 and c510  # what a table prints is there
-    assert o57 and o58 and o512
     return (
         Experiment(
             "table_5_4", "Table 5.4: one tie segment, known orientations, two points an image", "synthetic", True,
-            (_segment("tie", "tie", SECOND, t.TABLE_5_4, c54.start),), None, True, 30, 24, t.TABLE_5_4,
+            (_segment("tie", "tie", SECOND, t.TABLE_5_4, _start(t.TABLE_5_4.coefficients)),), None, True, 30, 24, t.TABLE_5_4,
         ),
         Experiment(
             "table_5_5", "Table 5.5: the same with a known start point", "synthetic", True,
-            (_segment("partial", "partial", SECOND, t.TABLE_5_5, c55.start),), None, True, 30, 21, t.TABLE_5_5,
+            (_segment("partial", "partial", SECOND, t.TABLE_5_5, _start(t.TABLE_5_5.coefficients)),), None, True, 30, 21, t.TABLE_5_5,
         ),
         Experiment(
             "table_5_6", "Table 5.6: locations on a control segment, known orientations", "synthetic", True,
@@ -131,23 +131,23 @@ def experiments() -> tuple[Experiment, ...]:
         ),
         Experiment(
             "table_5_7", "Table 5.7: six orientations from one control segment", "synthetic", False,
-            (_segment("control", "control", SECOND, t.TABLE_5_7),), o57.start, True, 66, 60, t.TABLE_5_7,
+            (_segment("control", "control", SECOND, t.TABLE_5_7),), _start(t.TABLE_5_7.orientations), True, 66, 60, t.TABLE_5_7,
         ),
         Experiment(
             "section_5_3", "Section 5.3: six orientations and two partially known segments", "synthetic", False,
-            _section_5_3(), o57.start, True, 132, 102, PrintedTable(),
+            _section_5_3(), _start(t.TABLE_5_7.orientations), True, 132, 102, PrintedTable(),
         ),
         Experiment(
             "table_5_8", "Table 5.8: six orientations, a control and a tie segment", "synthetic", False,
             (
                 _segment("control", "control", FIRST, t.TABLE_5_8),
-                _segment("tie", "tie", SECOND, t.TABLE_5_8, c58.start),
+                _segment("tie", "tie", SECOND, t.TABLE_5_8, _start(t.TABLE_5_8.coefficients)),
             ),
-            o58.start, True, 96, 84, t.TABLE_5_8,
+            _start(t.TABLE_5_8.orientations), True, 96, 84, t.TABLE_5_8,
         ),
         Experiment(
             "table_5_10", "Table 5.10: one tie segment in three images of Greenland, known orientations", "greenland",
-            True, (_segment("tie", "tie", GREENLAND, t.TABLE_5_10, c510.start),), None, True, 24, 21, t.TABLE_5_10,
+            True, (_segment("tie", "tie", GREENLAND, t.TABLE_5_10, _start(t.TABLE_5_10.coefficients)),), None, True, 24, 21, t.TABLE_5_10,
         ),
         Experiment(
             "table_5_11", "Table 5.11: locations on a control segment in three images of Greenland", "greenland", True,
@@ -155,7 +155,7 @@ def experiments() -> tuple[Experiment, ...]:
         ),
         Experiment(
             "table_5_12", "Table 5.12: orientations of three images of Greenland from one control segment", "greenland",
-            False, (_segment("control", "control", GREENLAND, t.TABLE_5_12),), o512.start, True, 33, 30, t.TABLE_5_12,
+            False, (_segment("control", "control", GREENLAND, t.TABLE_5_12),), _start(t.TABLE_5_12.orientations), True, 33, 30, t.TABLE_5_12,
         ),
     )  # fmt: skip
 
@@ -199,10 +199,8 @@ def design_of(made: Experiment, *, gauge: Literal["needed", "all"] = "needed") -
 
 
 def _true_orientations(geometry: Geometry) -> FloatArray:
-    if geometry == "synthetic":
-        return LEE_TABLE_5_3
-    assert printed.TABLE_5_12.orientations is not None
-    return printed.TABLE_5_12.orientations.estimate
+    found = printed.TABLE_5_12.orientations
+    return LEE_TABLE_5_3 if geometry == "synthetic" or found is None else found.estimate
 
 
 def _local(orientations: FloatArray, origin: FloatArray) -> FloatArray:

@@ -1,7 +1,7 @@
 """Nodes and weights for integrals along curves, L = int f(u) du between two locations.
 
     simpson          one step, L = h/6 [f(u1) + 4 f(um) + f(u2)] (Lee 3.38)
-    gauss_legendre   eight nodes on every piece between joints
+    gauss_legendre   ten nodes on every piece between joints
 
 Weights and nodes depend on the ends; both derivatives are given, so that the derivatives of the sum are exact.
 Open curves continue their end segments beyond their ends.  On a closed curve the way from u1 to u2 may pass the
@@ -17,7 +17,7 @@ import numpy as np
 from splinebba_cli.core.curves.curve_set import CurveSet
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 
-GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
+GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(10)
 SIMPSON_NODES, SIMPSON_WEIGHTS = np.array([-1.0, 0.0, 1.0]), np.array([1.0, 4.0, 1.0]) / 3.0
 
 

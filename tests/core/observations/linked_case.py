@@ -21,7 +21,7 @@ from tests.core.observations.random_network import Case, curve_of, measured, ran
 
 IMAGES_EACH, PER_CHAIN = 4, 4
 STENCIL = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
-GAUSS = np.polynomial.legendre.leggauss(8)
+GAUSS = np.polynomial.legendre.leggauss(10)
 
 
 @cache
