@@ -41,9 +41,9 @@ class FeatureBudget:
     """Counts of one curve or point and the rank of its own equations.
 
     ``rank`` is that of its equations with the orientations known, ``orientation_conditions`` what they give to the
-    orientations beyond (:mod:`~splinebba_cli.core.quality.rank_contributions`); None where the matrix is too large.  ``lee_...`` is the
-    count of Lee (2008), tables 5.1 and 5.2, None where these know nothing of the kind, and ``reason`` says why it
-    differs (:mod:`~splinebba_cli.core.quality.dissertation_count`).
+    orientations beyond (:mod:`~splinebba_cli.core.quality.rank_contributions`); None where the matrix is too large.
+    ``lee_...`` is the count of Lee (2008), tables 5.1 and 5.2, None where these know nothing of the kind, and
+    ``reason`` says why it differs (:mod:`~splinebba_cli.core.quality.dissertation_count`).
     """
 
     kind: str  # "spline" or "point"
