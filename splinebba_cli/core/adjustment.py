@@ -20,8 +20,8 @@ from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.estimation.parameters import ParameterLayout, layout_of
 from splinebba_cli.core.network import ArcLengths, CurveObservations, KnotPolicy, Network, Tangents
 from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
-from splinebba_cli.core.observations.locations import held_locations, search_locations
 from splinebba_cli.core.observations.shape_conditions import control_rows
+from splinebba_cli.core.observations.structural_locations import structural_state
 from splinebba_cli.core.quality.determinacy import require_determined, require_rank
 from splinebba_cli.core.quality.evaluation import Adjusted, evaluate
 from splinebba_cli.core.result import AdjustmentResult, Iteration, Problem
@@ -155,9 +155,9 @@ def _require_rank(prepared: Prepared, state: State) -> None:
         control_rows(prepared, layout.coefficient_mask),
         gauge_rows(prepared, layout.coefficient_mask, prepared.network.settings.gauge_sigma_m),
     ]
-    assembler = Assembler(prepared, layout, concatenate_rows(rows, prepared.curves.support))
-    state = search_locations(prepared, state)
-    require_rank(assembler, assembler.linearize(state, held_locations(prepared, state.location)))
+    structure = structural_state(prepared, state)
+    assembler = Assembler(structure.prepared, layout, concatenate_rows(rows, prepared.curves.support))
+    require_rank(assembler, assembler.linearize(structure.state, structure.held))
 
 
 def _joint(prepared: Prepared, state: State, record: Observer) -> tuple[Prepared, ConditionedSolution]:

@@ -116,46 +116,55 @@ def _start(printed_values: Printed | None) -> FloatArray:
 def experiments() -> tuple[Experiment, ...]:
     """All experiments in the order of the dissertation."""
     t = printed
+    known, free = True, False
+    tie_5_4 = _segment("tie", "tie", SECOND, t.TABLE_5_4, _start(t.TABLE_5_4.coefficients))
+    start_5_5 = _segment("partial", "partial", SECOND, t.TABLE_5_5, _start(t.TABLE_5_5.coefficients))
+    control_5_6 = _segment("control", "control", SECOND, t.TABLE_5_6)
+    control_5_7 = _segment("control", "control", SECOND, t.TABLE_5_7)
+    control_5_8 = _segment("control", "control", FIRST, t.TABLE_5_8)
+    tie_5_8 = _segment("tie", "tie", SECOND, t.TABLE_5_8, _start(t.TABLE_5_8.coefficients))
+    tie_5_10 = _segment("tie", "tie", GREENLAND, t.TABLE_5_10, _start(t.TABLE_5_10.coefficients))
+    control_5_11 = _segment("control", "control", GREENLAND, t.TABLE_5_11)
+    control_5_12 = _segment("control", "control", GREENLAND, t.TABLE_5_12)
+    from_5_7, from_5_8, from_5_12 = (
+        _start(table.orientations) for table in (t.TABLE_5_7, t.TABLE_5_8, t.TABLE_5_12)
+    )
     return (
         Experiment(
-            "table_5_4", "Table 5.4: one tie segment, known orientations, two points an image", "synthetic", True,
-            (_segment("tie", "tie", SECOND, t.TABLE_5_4, _start(t.TABLE_5_4.coefficients)),), None, True, 30, 24, t.TABLE_5_4,
+            "table_5_4", "Table 5.4: one tie segment, known orientations, two points an image",
+            "synthetic", known, (tie_5_4,), None, True, 30, 24, t.TABLE_5_4,
         ),
         Experiment(
-            "table_5_5", "Table 5.5: the same with a known start point", "synthetic", True,
-            (_segment("partial", "partial", SECOND, t.TABLE_5_5, _start(t.TABLE_5_5.coefficients)),), None, True, 30, 21, t.TABLE_5_5,
+            "table_5_5", "Table 5.5: the same with a known start point",
+            "synthetic", known, (start_5_5,), None, True, 30, 21, t.TABLE_5_5,
         ),
         Experiment(
-            "table_5_6", "Table 5.6: locations on a control segment, known orientations", "synthetic", True,
-            (_segment("control", "control", SECOND, t.TABLE_5_6),), None, False, 36, 18, t.TABLE_5_6,
+            "table_5_6", "Table 5.6: locations on a control segment, known orientations",
+            "synthetic", known, (control_5_6,), None, False, 36, 18, t.TABLE_5_6,
         ),
         Experiment(
-            "table_5_7", "Table 5.7: six orientations from one control segment", "synthetic", False,
-            (_segment("control", "control", SECOND, t.TABLE_5_7),), _start(t.TABLE_5_7.orientations), True, 66, 60, t.TABLE_5_7,
+            "table_5_7", "Table 5.7: six orientations from one control segment",
+            "synthetic", free, (control_5_7,), from_5_7, True, 66, 60, t.TABLE_5_7,
         ),
         Experiment(
-            "section_5_3", "Section 5.3: six orientations and two partially known segments", "synthetic", False,
-            _section_5_3(), _start(t.TABLE_5_7.orientations), True, 132, 102, PrintedTable(),
+            "section_5_3", "Section 5.3: six orientations and two partially known segments",
+            "synthetic", free, _section_5_3(), from_5_7, True, 132, 102, PrintedTable(),
         ),
         Experiment(
-            "table_5_8", "Table 5.8: six orientations, a control and a tie segment", "synthetic", False,
-            (
-                _segment("control", "control", FIRST, t.TABLE_5_8),
-                _segment("tie", "tie", SECOND, t.TABLE_5_8, _start(t.TABLE_5_8.coefficients)),
-            ),
-            _start(t.TABLE_5_8.orientations), True, 96, 84, t.TABLE_5_8,
+            "table_5_8", "Table 5.8: six orientations, a control and a tie segment",
+            "synthetic", free, (control_5_8, tie_5_8), from_5_8, True, 96, 84, t.TABLE_5_8,
         ),
         Experiment(
-            "table_5_10", "Table 5.10: one tie segment in three images of Greenland, known orientations", "greenland",
-            True, (_segment("tie", "tie", GREENLAND, t.TABLE_5_10, _start(t.TABLE_5_10.coefficients)),), None, True, 24, 21, t.TABLE_5_10,
+            "table_5_10", "Table 5.10: one tie segment in three images of Greenland, known orientations",
+            "greenland", known, (tie_5_10,), None, True, 24, 21, t.TABLE_5_10,
         ),
         Experiment(
-            "table_5_11", "Table 5.11: locations on a control segment in three images of Greenland", "greenland", True,
-            (_segment("control", "control", GREENLAND, t.TABLE_5_11),), None, False, 12, 6, t.TABLE_5_11,
+            "table_5_11", "Table 5.11: locations on a control segment in three images of Greenland",
+            "greenland", known, (control_5_11,), None, False, 12, 6, t.TABLE_5_11,
         ),
         Experiment(
-            "table_5_12", "Table 5.12: orientations of three images of Greenland from one control segment", "greenland",
-            False, (_segment("control", "control", GREENLAND, t.TABLE_5_12),), _start(t.TABLE_5_12.orientations), True, 33, 30, t.TABLE_5_12,
+            "table_5_12", "Table 5.12: orientations of three images of Greenland from one control segment",
+            "greenland", free, (control_5_12,), from_5_12, True, 33, 30, t.TABLE_5_12,
         ),
     )  # fmt: skip
 

@@ -9,10 +9,11 @@ from __future__ import annotations
 import numpy as np
 
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
-from splinebba_cli.core.estimation.design_matrix import unknown_count
+from splinebba_cli.core.estimation.design_matrix import design_matrix, unknown_count
 from splinebba_cli.core.estimation.gauss_markov import Solution
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
 from splinebba_cli.core.estimation.null_names import ORIENTATION
+from splinebba_cli.core.estimation.numerical_rank import rounding_limit, scaled_columns
 from splinebba_cli.core.estimation.rank_diagnosis import null_space
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.quality.null_problems import null_problems
@@ -22,6 +23,10 @@ from splinebba_cli.core.state import Prepared
 from splinebba_cli.errors import NotConvergedError, SingularNetworkError
 
 MEANINGLESS = 0.2
+MORE_CONTROL = (
+    "measure more control or tie features in it, spread over the format and in height, "
+    "or give a prior orientation (GNSS/INS)"
+)
 EARLY_LIMIT = 500  # unknowns up to which the rank is looked at before the iterations
 
 
@@ -38,8 +43,8 @@ def require_determined(prepared: Prepared, solved: ConditionedSolution) -> None:
         if problems:
             raise SingularNetworkError(problems)
     if not solution.converged:
-        weak = _weak_images(prepared, solved)
-        raise NotConvergedError([_not_converged(prepared, solution), *weak])
+        weak = _weak_images(prepared, solved) or _weak_by_design(prepared, solved)
+        raise NotConvergedError([*weak, _not_converged(prepared, solution)])
     weak = _weak_images(prepared, solved)
     if weak:
         raise SingularNetworkError(weak)
@@ -61,7 +66,9 @@ def require_rank(assembler: Assembler, at: Linearization) -> None:
 
 
 def _not_converged(prepared: Prepared, solution: Solution) -> Problem:
-    names = ", ".join(f"`{prepared.network.curves[k].id}`" for k in solution.restless)
+    curves = prepared.network.curves
+    free = [curves[k] for k in solution.restless if not (curves[k].sigma == 0.0).all()]
+    names = ", ".join(f"`{curve.id}`" for curve in free)
     return Problem(
         "SBB502",
         "error",
@@ -94,17 +101,53 @@ def object_distance(prepared: Prepared, solved: ConditionedSolution) -> FloatArr
     return np.where(rays > 0, total / np.maximum(rays, 1), np.nan)
 
 
+def _weak_by_design(prepared: Prepared, solved: ConditionedSolution) -> list[Problem]:
+    """Images that no solution of a small network could determine: from its design, where there is no factor."""
+    assembler, at = solved.assembler, solved.solution.linearization
+    if unknown_count(assembler) > EARLY_LIMIT:
+        return []
+    sigma = _design_sigma(assembler, at)
+    return [
+        Problem(
+            "SBB522",
+            "error",
+            f"image `{prepared.network.images.ids[image]}` is determined on paper only, "
+            f"σ of its position = {_length(float(sigma[image, 3:].max()))}",
+            f"image `{prepared.network.images.ids[image]}`",
+            MORE_CONTROL,
+        )
+        for image in _meaningless(sigma, object_distance(prepared, solved))
+    ]
+
+
+def _design_sigma(assembler: Assembler, at: Linearization) -> FloatArray:
+    """A priori standard deviations (m, 6) of (theta, X0) from the singular values of the design."""
+    made = design_matrix(assembler, at)
+    scaled, _ = scaled_columns(made.matrix)
+    _, singular, right = np.linalg.svd(scaled, full_matrices=False)
+    singular = np.maximum(singular, rounding_limit(scaled.shape[1]) * singular[0])
+    norm = np.linalg.norm(made.matrix, axis=0)
+    own = np.linalg.norm(right / singular[:, None], axis=0) / np.where(norm > 0.0, norm, 1.0)
+    sigma = np.zeros(assembler.layout.image_mask.size)
+    of_images = made.unknown < len(sigma)
+    sigma[made.unknown[of_images]] = own[of_images]
+    return sigma.reshape(-1, 6)
+
+
+def _meaningless(sigma: FloatArray, distance: FloatArray) -> IntArray:
+    """Images whose standard deviations are outside of any linearisation."""
+    far = (sigma[:, 3:].max(axis=1) > MEANINGLESS * distance) | (sigma[:, :3].max(axis=1) > MEANINGLESS)
+    return np.flatnonzero(far)
+
+
 def _weak_images(prepared: Prepared, solved: ConditionedSolution) -> list[Problem]:
     solution = solved.solution
     if solution.factor is None:
         return []
     diagonal = solution.factor.selected_inverse().diagonal()[: solved.assembler.layout.image_mask.size]
     sigma = np.sqrt(np.maximum(diagonal, 0.0)).reshape(-1, 6) * solved.assembler.layout.image_mask
-    distance = object_distance(prepared, solved)
     problems = []
-    for image in np.flatnonzero(
-        (sigma[:, 3:].max(axis=1) > MEANINGLESS * distance) | (sigma[:, :3].max(axis=1) > MEANINGLESS)
-    ):
+    for image in _meaningless(sigma, object_distance(prepared, solved)):
         id_ = prepared.network.images.ids[image]
         names = _inseparable(prepared, solved, int(image))
         worst = float(sigma[image, 3:].max())
@@ -114,8 +157,7 @@ def _weak_images(prepared: Prepared, solved: ConditionedSolution) -> list[Proble
                 "error",
                 f"image `{id_}`: {names} are not separable by its measurements, σ of its position = {_length(worst)}",
                 f"image `{id_}`",
-                "measure more control or tie features in it, spread over the format and in height, "
-                "or give a prior orientation (GNSS/INS)",
+                MORE_CONTROL,
             )
         )
     return problems
