@@ -9,10 +9,12 @@ location; redundancy = equations - rank.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from splinebba_cli.core.approximation.starting_values import starting_state
+from splinebba_cli.core.estimation.blas_threads import one_thread
 from splinebba_cli.core.estimation.counts import count_equations
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
 from splinebba_cli.core.estimation.own_equations import OwnEquations
@@ -38,10 +40,10 @@ from splinebba_cli.errors import SingularNetworkError
 class FeatureBudget:
     """Counts of one curve or point and the rank of its own equations.
 
-    ``rank`` is that of its equations with the orientations known, ``ties`` what they give to the orientations beyond
-    (:mod:`~splinebba_cli.core.quality.rank_contributions`); None where the matrix is too large.  ``lee_...`` is the
-    count of Lee (2008), tables 5.1 and 5.2, None where these know nothing of the kind, and ``reason`` says why it
-    differs (:mod:`~splinebba_cli.core.quality.dissertation_count`).
+    ``rank`` is that of its equations with the orientations known, ``orientation_conditions`` what they give to the
+    orientations beyond (:mod:`~splinebba_cli.core.quality.rank_contributions`); None where the matrix is too large.
+    ``lee_...`` is the count of Lee (2008), tables 5.1 and 5.2, None where these know nothing of the kind, and
+    ``reason`` says why it differs (:mod:`~splinebba_cli.core.quality.dissertation_count`).
     """
 
     kind: str  # "spline" or "point"
@@ -60,7 +62,7 @@ class FeatureBudget:
     gauge_conditions: int  # offered, one an anchor; an adjustment keeps those that it needs
     rank: int | None
     redundancy: int | None  # equations - rank
-    ties: int | None  # independent conditions on the orientations
+    orientation_conditions: int | None  # independent conditions on the orientations
     independent_points: int | None  # of splines: sum over images of the rank of the equations across it
     lee_unknowns: int | None
     lee_redundancy: int | None
@@ -128,10 +130,11 @@ def budget(network: Network) -> Budget:
     null = null_space(assembler, at)
     unknowns, rank = null.unknowns + locations, null.rank + locations
     named = null_problems(null, layout, network)
+    with one_thread():  # many small matrices
+        features, images = (*counted.splines(), *counted.points()), counted.images()
     return Budget(
-        equations, unknowns, rank, unknowns - rank, equations - rank,
-        (*counted.splines(), *counted.points()), counted.images(), (*problems, *named),
-    )  # fmt: skip
+        equations, unknowns, rank, unknowns - rank, equations - rank, features, images, (*problems, *named)
+    )
 
 
 @dataclass(frozen=True)
@@ -147,7 +150,7 @@ class _Counted:
     def network(self) -> Network:
         return self.prepared.network
 
-    @property
+    @cached_property
     def own(self) -> OwnEquations:
         return OwnEquations(self.assembler, self.at)
 
@@ -201,7 +204,7 @@ class _Counted:
             locations=locations,
             rank=whole,
             redundancy=None if whole is None else equations - whole,
-            ties=None if rank is None else rank.ties,
+            orientation_conditions=None if rank is None else rank.orientation_conditions,
             independent_points=None if rank is None else rank.independent_points,
             lee_unknowns=printed.unknowns,
             lee_redundancy=printed.redundancy,
@@ -263,7 +266,7 @@ def _point(id: str, role: str, rays: int, free: int, given: int, rank: FeatureRa
         gauge_conditions=0,
         rank=None if rank is None else rank.own,
         redundancy=None if rank is None else 2 * rays + given - rank.own,
-        ties=None if rank is None else rank.ties,
+        orientation_conditions=None if rank is None else rank.orientation_conditions,
         independent_points=None,
         lee_unknowns=printed.unknowns,
         lee_redundancy=printed.redundancy,

@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 WIDTH = 110
 REASONS = 8
 NAMES = 4
+LEGEND = (
+    "  rank: with the orientations known; EOP: independent conditions that are left for the orientations; gauge:",
+    "  conditions on offer; [Lee]: unknowns and redundancy as counted in Lee (2008), tables 5.1 and 5.2",
+)
 LONGEST = 15  # characters of an id
 SOURCE = "--format json has all"
 
@@ -37,6 +41,7 @@ class BudgetTables:
         width = min(WIDTH, options.max_width)
         if splines:
             yield from rich_table(spline_table(splines), width)
+            yield from (Text(line, style="dim") for line in LEGEND)
             yield from (Text(line, style="dim") for line in reason_lines(splines, width))
         if points:
             yield from rich_table(point_table(points), width)
@@ -47,13 +52,13 @@ def spline_table(splines: list[FeatureBudget]) -> Table:
     """One row a spline."""
     columns = (
         Column("Spline", numeric=False), Column("images"), Column("points"), Column("equations"),
-        Column("unknowns"), Column("rank"), Column("redundancy"), Column("ties"), Column("gauge"),
+        Column("unknowns"), Column("rank"), Column("redundancy"), Column("EOP"), Column("gauge"),
         Column("unknowns", "Lee"), Column("r", "Lee"),
     )  # fmt: skip
     rows = tuple(
         (
-            _short(f.id), f.images, f.observations, f.equations, f.unknowns, f.rank, f.redundancy, f.ties,
-            f.gauge_conditions, f.lee_unknowns, f.lee_redundancy,
+            _short(f.id), f.images, f.observations, f.equations, f.unknowns, f.rank, f.redundancy,
+            f.orientation_conditions, f.gauge_conditions, f.lee_unknowns, f.lee_redundancy,
         )
         for f in splines
     )  # fmt: skip
@@ -64,13 +69,13 @@ def point_table(points: list[FeatureBudget]) -> Table:
     """One row for all points of a role that are seen by so many images; sums of their counts."""
     columns = (
         Column("Points", numeric=False), Column("images"), Column("number"), Column("equations"),
-        Column("unknowns"), Column("rank"), Column("redundancy"), Column("ties"),
+        Column("unknowns"), Column("rank"), Column("redundancy"), Column("EOP"),
     )  # fmt: skip
     number: Counter[tuple[str, int]] = Counter()
     sums: dict[tuple[str, int], list[int | None]] = {}
     for f in points:
         kind = (f.role, f.images)
-        own = (f.equations, f.unknowns, f.rank, f.redundancy, f.ties)
+        own = (f.equations, f.unknowns, f.rank, f.redundancy, f.orientation_conditions)
         before = sums.get(kind, [0] * len(own))
         sums[kind] = [None if a is None or b is None else a + b for a, b in zip(before, own, strict=True)]
         number[kind] += 1
@@ -112,4 +117,4 @@ def reason_lines(splines: list[FeatureBudget], width: int) -> list[str]:
         lines += textwrap.wrap(text, width, initial_indent="  ", subsequent_indent="    ")
     if len(names) > REASONS:
         lines.append(f"  … and {len(names) - REASONS} more reasons ({SOURCE})")
-    return [*lines, ""] if lines else []
+    return [*lines, ""]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from splinebba_cli.core.budget import FeatureBudget, budget
-from splinebba_cli.core.network import FloatArray, Tangents
+from splinebba_cli.core.network import FloatArray, PointObservations, Tangents
 from splinebba_cli.core.quality import rank_contributions
 from splinebba_cli.simulation.dissertation import design_of, experiment
 from splinebba_cli.simulation.feature_geometry import Feature
@@ -143,9 +143,33 @@ def test_points_and_images_of_a_mixed_block() -> None:
     for feature in found.features:
         assert feature.rank == feature.unknowns  # all are determined, orientations known
         if feature.kind == "point" and not feature.given_values:
-            assert feature.redundancy == feature.ties == 2 * feature.images - 3  # Lee: r = 2 m - 3
+            assert (
+                feature.redundancy == feature.orientation_conditions == 2 * feature.images - 3
+            )  # Lee: r = 2 m - 3
             assert feature.lee_redundancy == feature.redundancy
     assert all(image.rank == image.unknowns for image in found.images)
+
+
+def test_given_coordinates_are_equations_of_their_point() -> None:
+    """A control point of known height that one image sees: two rays and one coordinate determine it."""
+    network = simulate_block("six-image-mixed", seed=1)[0]
+    number = next(k for k, role in enumerate(network.points.role) if role == "control")
+    sigma = network.points.sigma.copy()
+    sigma[number] = [np.inf, np.inf, 0.02]
+    seen = network.point_observations
+    rays = np.flatnonzero((seen.point != number) | (np.arange(len(seen)) == np.argmax(seen.point == number)))
+    kept = PointObservations(
+        seen.image[rays],
+        seen.point[rays],
+        seen.photo_xy[rays],
+        seen.sigma[rays],
+    )
+    points = replace(network.points, sigma=sigma)
+    found = budget(replace(network, points=points, point_observations=kept)).features[
+        len(network.curves) + number
+    ]
+    assert (found.images, found.given_values, found.equations) == (1, 1, 3)
+    assert (found.rank, found.redundancy, found.orientation_conditions) == (3, 0, 0)
 
 
 def test_priors_are_equations_of_their_image() -> None:
@@ -164,8 +188,8 @@ def test_an_image_that_its_measurements_do_not_determine() -> None:
     found = budget(design(curve("control", LEE_SEGMENT, 0.0), each=4, known=False))
     assert {(image.unknowns, image.rank, image.redundancy) for image in found.images} == {(10, 8, 0)}
     (feature,) = found.features
-    assert (feature.rank, feature.ties) == (24, 24)
-    assert found.rank == feature.rank + feature.ties
+    assert (feature.rank, feature.orientation_conditions) == (24, 24)
+    assert found.rank == feature.rank + feature.orientation_conditions
 
 
 def test_features_too_large_for_a_dense_decomposition(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -177,5 +201,5 @@ def test_features_too_large_for_a_dense_decomposition(monkeypatch: pytest.Monkey
     found = budget(network)
     assert found.rank == before.rank
     for feature, known in zip(found.features, before.features, strict=True):
-        assert (feature.rank, feature.redundancy, feature.ties) == (None, None, None)
+        assert (feature.rank, feature.redundancy, feature.orientation_conditions) == (None, None, None)
         assert (feature.equations, feature.unknowns) == (known.equations, known.unknowns)

@@ -113,6 +113,8 @@ def test_locations_at_the_end_of_their_segment_are_unknowns() -> None:
     bound = replace(seen, segment=np.zeros(len(seen), dtype=np.int64), location=np.full(len(seen), np.nan))
     found = budget(replace(network, curve_observations=bound))
     assert figures(found) == (2 * len(seen), len(seen), len(seen), 0)
+    at_the_end = replace(bound, location=np.ones(len(seen)))
+    assert figures(budget(replace(network, curve_observations=at_the_end))) == figures(found)
 
 
 def test_table_5_7_six_orientations_one_control_segment() -> None:

@@ -125,7 +125,7 @@ def test_rank_of_every_feature_and_image(name: str) -> None:
         own[:, orientation] = 0.0
         assert feature.equations == len(own)
         assert feature.rank == rank(own)
-        assert feature.ties == with_orientations - rank(own)
+        assert feature.orientation_conditions == with_orientations - rank(own)
     for k, image in enumerate(found.images):
         own = matrix[of_image == k]
         own[:, features] = 0.0

@@ -33,5 +33,7 @@ def numerical_rank(matrix: FloatArray) -> int:
     scaled = scaled[:, reached]
     if not scaled.size:
         return 0
+    if len(scaled) > scaled.shape[1]:
+        scaled = np.asarray(np.linalg.qr(scaled, mode="r"))  # the same singular values, from a smaller matrix
     singular = np.linalg.svd(scaled, compute_uv=False)
     return int(np.count_nonzero(singular > rounding_limit(scaled.shape[1])))

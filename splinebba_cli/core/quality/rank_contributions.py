@@ -3,9 +3,10 @@
 With A = [A_u A_o] the equations of one feature over its own unknowns (coefficients or coordinates) and the
 orientations of the images that see it, locations eliminated,
 
-    rank             rank A_u + locations                  with the orientations known
-    ties             rank A - rank A_u                     independent conditions that it gives to the orientations
-    redundancy       equations - rank                      of which `ties` bind orientations and the rest only check
+    rank                      rank A_u + locations     with the orientations known
+    redundancy                equations - rank
+    orientation conditions    rank A - rank A_u        part of this redundancy that determines orientations;
+                                                       the rest only checks
 
 The rank of an image is that of its equations over its own orientation, the features known.  A feature's share of
 the rank of the whole network would say less: in a good block it is just its number of unknowns.
@@ -31,7 +32,7 @@ class FeatureRank:
     """Ranks of one feature; without its locations."""
 
     own: int
-    ties: int
+    orientation_conditions: int
     independent_points: int | None  # curves: sum over images of the rank of the equations across it
 
 

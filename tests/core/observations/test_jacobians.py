@@ -34,6 +34,7 @@ NO_OBSERVATIONS = {
     "linked_points",
     "locations",
     "second_order_rows",
+    "structural_locations",
 }  # modules that are no kind of observation
 Compared = Iterator[tuple[FloatArray, FloatArray]]
 
