@@ -59,7 +59,6 @@ class Prepared:
     arc_lengths: ScalarMeasurements
     tangents: ScalarMeasurements
     chains: Chains  # measured curve points that arc lengths and tangents link
-    frozen: FloatArray | None = None  # (n,) locations that are held for a stage, NaN where they are not
 
 
 def prepare(network: Network) -> Prepared:

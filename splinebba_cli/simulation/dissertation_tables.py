@@ -46,7 +46,8 @@ def _locations(text: str) -> Printed:
 def _coefficients(text: str) -> Printed:
     """Lines start, estimate, sigma; a0..a3, b0..b3, c0..c3, `-` where there is none."""
     rows = [
-        [np.nan if word == "-" else float(word) for word in line.split()] for line in text.strip().splitlines()
+        [np.nan if word == "-" else float(word) for word in line.split()]
+        for line in text.strip().splitlines()
     ]
     return Printed(*(np.array(row).reshape(3, 4).T for row in rows))
 

@@ -37,6 +37,9 @@ class CurveBasis:
     closed: bool
     has_location: bool  # False: the curve is a single point
     anchors: FloatArray  # (g,) parameters of the gauge conditions
+    loose_anchors: BoolArray = field(
+        default_factory=lambda: np.zeros(0, dtype=bool)
+    )  # (g,) or none: decision 7
     trigonometric: bool = False  # elementary functions 1, cos u, sin u, ... instead of powers of t
     shape_forms: FloatArray = field(
         default_factory=lambda: np.zeros((0, 0, 0))

@@ -22,7 +22,7 @@ import numpy as np
 from splinebba_cli.core.curves.basis import MAX_POWER, CurveBasis, knot_parameters
 from splinebba_cli.core.curves.bspline_tables import bspline_power_tables, clamped
 from splinebba_cli.core.curves.natural_cubic import natural_cubic_basis
-from splinebba_cli.core.network import Curve, FloatArray, IntArray
+from splinebba_cli.core.network import BoolArray, Curve, FloatArray, IntArray
 
 INSIDE = 1e-3  # of a segment: anchors of unjoined segments keep away from the joint, where two curves meet
 
@@ -61,7 +61,8 @@ def polynomial_basis(
         coefficient_count=int(columns.max()) + 1,
         closed=False,
         has_location=degree > 0,
-        anchors=np.zeros(0) if degree == 0 else parameters if joined else _segment_ends(parameters),
+        anchors=np.zeros(0) if degree == 0 else parameters if joined else _inside_segments(parameters, rows),
+        loose_anchors=np.zeros(0, dtype=bool) if joined else _between_ends(segments, rows),
     )
 
 
@@ -73,12 +74,23 @@ def _values(power: FloatArray, columns: IntArray) -> tuple[IntArray, FloatArray]
     return np.repeat(columns, power.shape[1], axis=0), power.reshape(-1, width)
 
 
-def _segment_ends(parameters: FloatArray) -> FloatArray:
-    """Both ends of every segment, those at joints a little inside."""
-    inside = INSIDE * np.diff(parameters)
-    start, end = parameters[:-1] + inside, parameters[1:] - inside
-    start[0], end[-1] = parameters[0], parameters[-1]
-    return np.stack([start, end], axis=1).ravel()
+def _inside_segments(parameters: FloatArray, count: int) -> FloatArray:
+    """Evenly spaced places of every segment, as many as it has coefficients; those at joints a little inside.
+
+    Those at the ends fill the exact defect.  The others hold a cubic or parabola that its measurements do not keep from
+    sliding along itself unevenly (u -> u + e u (1 - u) is nearly one of its maps); they are dropped where they do.
+    """
+    t = np.linspace(0.0, 1.0, count)
+    t = np.where(t == 0.0, INSIDE, np.where(t == 1.0, 1.0 - INSIDE, t))
+    places = parameters[:-1, None] + t * np.diff(parameters)[:, None]
+    places[0, 0], places[-1, -1] = parameters[0], parameters[-1]
+    return places.ravel()
+
+
+def _between_ends(segments: int, count: int) -> BoolArray:
+    """Which anchors of unjoined segments are not at an end, (segments * count,)."""
+    place = np.arange(segments * count) % count
+    return np.asarray((place > 0) & (place < count - 1))
 
 
 def _of_curve(curve: Curve, degree: int) -> CurveBasis:

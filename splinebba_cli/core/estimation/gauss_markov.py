@@ -32,8 +32,6 @@ CONTRACTING = 0.3  # of the last step: iterations that shrink faster go on
 MUCH_WORSE = 1.5
 OWN_LIMIT = 1.0  # damping of one curve beyond which it is no longer held back
 FORGETTING = 0.8  # per step
-NEWTON_FROM = 12  # steps after which a small network takes all second derivatives
-NEWTON_POINTS = 3000  # measured curve points up to which a network is small
 RESTLESS = 0.1  # of the changes of all curves in the last steps
 
 Observer = Callable[[Iteration], None]
@@ -119,7 +117,6 @@ class _Run:
     observer: Observer | None
     damping: Damping
     stiff: bool  # whether steps take the second-order part of the locations: from the first rejected step on
-    newton: bool = False  # whether they take all second derivatives of the locations: where the iterations crawl
     log: list[Iteration] = field(default_factory=list)
     last_decrease: float = np.inf
     last_length: float = np.inf
@@ -136,22 +133,9 @@ class _Run:
         unrest = np.atleast_1d(self.unrest)
         return tuple(int(k) for k in np.flatnonzero(unrest > RESTLESS * unrest.sum()))
 
-    @property
-    def crawls(self) -> bool:
-        """Whether a small network has taken many steps already."""
-        small = len(self.assembler.prepared.network.curve_observations) <= NEWTON_POINTS
-        return small and self.stiff and len(self.log) >= NEWTON_FROM
-
-    def second_order(self, at: Linearization) -> FloatArray | None:
-        """What is added to the normal matrix for this step."""
-        if not self.stiff:
-            return None
-        return self.assembler.curvature(at) if self.newton else self.assembler.stiffness(at)
-
     def step_from(self, at: Linearization) -> _Step | None:
         """The next step; None where the normal matrix is singular."""
-        self.newton |= self.crawls
-        step = _damped_step(self.assembler, at, self.damping, self.second_order(at))
+        step = _damped_step(self.assembler, at, self.damping, self.stiff)
         if step is not None:
             self.log.append(
                 Iteration(self.stage, len(self.log) + 1, at.cost, step.length, self.damping.everywhere)
@@ -245,12 +229,8 @@ def _culprits(assembler: Assembler, at: Linearization, trial: _Trial, amount: Da
     return np.asarray(spoilt & (amount.of_curve < OWN_LIMIT))
 
 
-def _damped_step(
-    assembler: Assembler, at: Linearization, amount: Damping, second_order: FloatArray | None
-) -> _Step | None:
+def _damped_step(assembler: Assembler, at: Linearization, amount: Damping, stiff: bool) -> _Step | None:
     """A step with the given damping; None where the normal matrix stays indefinite.
-
-    `second_order` is added to the flat values of the normal matrix.
 
     Where the undamped matrix is not positive definite, `amount` is raised in place until it is.
     """
@@ -258,8 +238,8 @@ def _damped_step(
     while not amount.exhausted:
         try:
             values, side, eliminated = assembler.eliminate(at, amount.everywhere)
-            if second_order is not None:
-                values += second_order
+            if stiff:
+                values += assembler.stiffness(at)
             extra = amount.of_unknowns(assembler, at)
             factor = symbolic.factorize(values, extra, pivot_tolerance=PIVOT_TOLERANCE)
         except (NotPositiveDefinite, np.linalg.LinAlgError):

@@ -22,7 +22,6 @@ from splinebba_cli.core.estimation.parameters import ORIENTATION_SIZE, Parameter
 from splinebba_cli.core.estimation.window_map import Slot, WindowMap, pair_map
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.observations.coefficient_rows import CoefficientRows
-from splinebba_cli.core.observations.curvature import chain_curvature, point_curvature
 from splinebba_cli.core.observations.curve_points import CurveRows, linearize_curve_points
 from splinebba_cli.core.observations.image_points import PointRows, linearize_image_points
 from splinebba_cli.core.observations.linked_points import LinkedEquations, linearize_linked_points
@@ -178,23 +177,6 @@ class Assembler:
         jacobian = np.concatenate([orientation, local.reshape(len(local), 3 * local.shape[1])], axis=1)
         window = WindowMap.of(self.structure, self._slots(rows.image, rows.segment))
         window.add(values, jacobian[:, :, None] * jacobian[:, None, :])
-        return values
-
-    def curvature(self, at: Linearization) -> FloatArray:
-        """Flat values that all second derivatives of the locations add to the normal matrix (small networks)."""
-        layout, values = self.layout, np.zeros(len(at.base_values))
-        skipped = ORIENTATION_SIZE - self.orientation_size
-        points = point_curvature(self.prepared, at.state, at.held)
-        if len(points.image):
-            columns = self.prepared.curves.columns[points.segment]
-            coefficients = layout.coefficient_mask[columns].reshape(len(columns), -1)
-            mask = np.concatenate([layout.image_mask[points.image], coefficients], axis=1)
-            matrix = points.matrix * mask[:, :, None] * mask[:, None, :]
-            window = WindowMap.of(self.structure, self._slots(points.image, points.segment))
-            window.add(values, matrix[:, skipped:, skipped:])
-        for linked in at.linked_windows:
-            matrix = chain_curvature(self.prepared, at.state, linked.batch)[:, skipped:, skipped:]
-            linked.window.add(values, matrix * linked.mask[:, :, None] * linked.mask[:, None, :])
         return values
 
     def symbolic(self, state: State) -> SymbolicFactor:

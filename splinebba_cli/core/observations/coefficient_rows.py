@@ -13,11 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from splinebba_cli.core.curves.basis import CurveBasis
 from splinebba_cli.core.curves.registry import FAMILIES
 from splinebba_cli.core.network import Curve, FloatArray, IntArray
 from splinebba_cli.core.state import Prepared
 
 GAUGE, SHAPE = 3, 4  # components of conditions
+LOOSE = 0.01  # sigma of conditions that fill no exact defect, as a share of the knot distance
 HELD_FRACTION = 1e-6  # sigma of a held inner knot, as a share of the knot distance
 
 
@@ -160,12 +162,12 @@ def gauge_rows(prepared: Prepared, removed: FloatArray, gauge_sigma_m: float | N
             continue  # a single point, or every value is given or weighted: nothing can slide
         reference = curve.values if curve.reference is None else curve.reference
         coefficients = basis.coefficients_from_values(reference)
-        sigma = gauge_sigma_m or FAMILIES[curve.family].gauge_fraction * knot_distance(curve)
+        sigma = _gauge_sigma(curve, basis, gauge_sigma_m)
         tangent = anchor_tangents(basis.anchors, curve, number, prepared, coefficients)
         segment, t = prepared.curves.locate(np.full(len(basis.anchors), number), basis.anchors)
         weights = prepared.curves.weights(segment, t)
         columns = prepared.curves.columns[segment]
-        jacobian = weights[:, :, None] * tangent[:, None, :] / sigma
+        jacobian = weights[:, :, None] * tangent[:, None, :] / sigma[:, None, None]
         target = np.einsum("qwd,qwd->q", jacobian, coefficients[columns - start])
         live = np.einsum("qwd,qwd->q", np.abs(jacobian), removed[columns]) > 0.0
         rows = np.flatnonzero(live)
@@ -177,11 +179,20 @@ def gauge_rows(prepared: Prepared, removed: FloatArray, gauge_sigma_m: float | N
                 columns[rows],
                 jacobian[rows],
                 target[rows],
-                np.full(len(rows), sigma),
+                sigma[rows],
                 np.zeros((len(rows), support, support)),
             )
         )
     return concatenate_rows(parts, support)
+
+
+def _gauge_sigma(curve: Curve, basis: CurveBasis, given_m: float | None) -> FloatArray:
+    """Sigma of the conditions at all anchors, (g,) m; loose ones fill no exact defect and are never tight."""
+    distance = knot_distance(curve)
+    sigma = np.full(len(basis.anchors), given_m or FAMILIES[curve.family].gauge_fraction * distance)
+    if len(basis.loose_anchors):
+        sigma = np.where(basis.loose_anchors, np.maximum(sigma, LOOSE * distance), sigma)
+    return sigma
 
 
 def anchor_tangents(

@@ -37,11 +37,7 @@ def location_bounds(prepared: Prepared) -> tuple[FloatArray, FloatArray]:
     low = np.where(bound, curves.left[segment], low)
     high = np.where(bound, curves.left[segment] + curves.length[segment], high)
     single = ~curves.has_location[curve]
-    low, high = np.where(single, 0.0, low), np.where(single, 0.0, high)
-    if prepared.frozen is None:
-        return low, high
-    frozen = np.isfinite(prepared.frozen)
-    return np.where(frozen, prepared.frozen, low), np.where(frozen, prepared.frozen, high)
+    return np.where(single, 0.0, low), np.where(single, 0.0, high)
 
 
 def held_locations(prepared: Prepared, location: FloatArray) -> IntArray:

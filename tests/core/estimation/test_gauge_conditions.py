@@ -43,7 +43,8 @@ CHOICES = {  # places of the two conditions of every curve, and their sigma (m)
 
 def with_anchors(prepared: Prepared, anchors: tuple[float, float]) -> Prepared:
     """The conditions of every curve at other places."""
-    bases = [replace(basis, anchors=np.array(anchors)) for basis in prepared.curves.bases]
+    none = np.zeros(0, dtype=bool)
+    bases = [replace(basis, anchors=np.array(anchors), loose_anchors=none) for basis in prepared.curves.bases]
     return replace(prepared, curves=CurveSet.of(bases))
 
 
