@@ -1,6 +1,7 @@
 """Designs whose coverage is measured, each with the errors of its measurements and starts.
 
-- regular experiments of Lee (2008), chapter 5, from Lee's starts: locations on a known segment
+- regular experiments of Lee (2008), chapter 5, from Lee's starts: orientations are known, and locations on a known
+  segment (tables 5.6, 5.11) or the shape of a tie segment (tables 5.4, 5.5, 5.10) are sought
 - four curves of the six-image block, with arc lengths, with tangents, with both
 - every family of curves in the six-image block: orientations free, points as control
 """
@@ -9,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -69,7 +71,8 @@ def four_curves(seed: int, *, arcs: str | None = None, tangents: bool = False) -
     """
     scene = SCENES["six-image"]()
     features = tuple(feature for feature in scene.features if feature.id in FOUR_CURVES)
-    made = scene_design(scene.block, features, scene.points, scene.points_per_curve, None, NOMINAL_SIGMA_MM)
+    points = 20 if arcs == "gauss-legendre" else scene.points_per_curve
+    made = scene_design(scene.block, features, scene.points, points, None, NOMINAL_SIGMA_MM)
     network = made.network
     if arcs is not None:
         network = with_arc_lengths(network, made.truth, ARC_SIGMA_MM, None, simpson=arcs == "simpson")
@@ -102,8 +105,10 @@ def families(seed: int) -> Campaign:
 
 
 CASES: tuple[Case, ...] = (
-    Case("table_5_6", "Lee, table 5.6: locations", lambda seed: lee_experiment("table_5_6", seed)),
-    Case("table_5_11", "Lee, table 5.11: locations", lambda seed: lee_experiment("table_5_11", seed)),
+    *(
+        Case(name, experiment(name).title, partial(lee_experiment, name))
+        for name in ("table_5_4", "table_5_5", "table_5_6", "table_5_10", "table_5_11")
+    ),
     Case("six-image", "six-image block", six_image),
     Case("families", "every family in the six-image block", families, curve_by_curve=True),
     Case("tangents", "four curves, tangents", lambda seed: four_curves(seed, tangents=True)),

@@ -8,7 +8,7 @@ import pytest
 from splinebba_cli.core.curves.basis import CurveBasis, harmonic_row, power_row
 from splinebba_cli.core.curves.registry import FAMILIES, basis_of
 from splinebba_cli.core.network import Curve, FloatArray
-from tests.core.observations.random_network import NAMES, SEGMENTS, VARIANTS, curve_of
+from tests.core.observations.random_network import NAMES, VARIANTS, curve_of
 
 STEP = 1e-25
 HARMONICS = [n for n in NAMES if FAMILIES[VARIANTS.get(n, {"family": n})["family"]].rows == "harmonics"]
