@@ -38,6 +38,7 @@ TANGENT_SIGMA_RAD = 1e-3
 SIMPSON_ERROR_MM = 2.5e-4  # of Lee's rule, up to which points are close enough for it: σ / 20
 LINKED_STARTS = 0.25  # of the starts of the block: 0.75 m, 0.25 degrees, 0.4 m
 FOUR_CURVES = ("control-1", "control-2", "tie-1", "lake")
+LEE_EXPERIMENTS = ("table_5_4", "table_5_5", "table_5_6", "table_5_10", "table_5_11")  # regular
 OPTIONS = ("closed", "cubics-3-natural", "bspline_3-closed", "arc", "circular-arc")
 FAMILY_NOISE = Noise(5e-3, 0.5, 1e-3, 0.3)
 
@@ -105,10 +106,7 @@ def families(seed: int) -> Campaign:
 
 
 CASES: tuple[Case, ...] = (
-    *(
-        Case(name, experiment(name).title, partial(lee_experiment, name))
-        for name in ("table_5_4", "table_5_5", "table_5_6", "table_5_10", "table_5_11")
-    ),
+    *(Case(name, experiment(name).title, partial(lee_experiment, name)) for name in LEE_EXPERIMENTS),
     Case("six-image", "six-image block", six_image),
     Case("families", "every family in the six-image block", families, curve_by_curve=True),
     Case("tangents", "four curves, tangents", lambda seed: four_curves(seed, tangents=True)),

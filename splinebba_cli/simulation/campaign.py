@@ -36,7 +36,9 @@ from splinebba_cli.simulation.run_record import (
 )
 from splinebba_cli.simulation.truth import at_truth
 
-SAME_SOLUTION = 0.01  # σ of every orientation element, point coordinate and place across a curve
+SAME_SOLUTION = (
+    0.01  # σ of every orientation element, point coordinate, place across a curve and given location
+)
 
 
 @dataclass(frozen=True)

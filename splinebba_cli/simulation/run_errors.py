@@ -123,7 +123,8 @@ def given_locations(network: Network) -> IntArray:
 
 def largest(errors: RunErrors) -> float:
     """Largest normalised error of all kinds; 0 where nothing is estimated."""
-    parts = [errors.eop_normalized, errors.points_normalized, *(c.normalized for c in errors.curves)]
+    parts = [errors.eop_normalized, errors.points_normalized, errors.locations_normalized]
+    parts += [curve.normalized for curve in errors.curves]
     return max((float(np.nanmax(np.abs(p), initial=0.0)) for p in parts if p.size), default=0.0)
 
 

@@ -19,7 +19,14 @@ from splinebba_cli.simulation.dissertation import design_of, experiment
 from splinebba_cli.simulation.feature_geometry import PointFeatures, control_spline, road, shore
 from splinebba_cli.simulation.monte_carlo import MonteCarloResult, summarize
 from splinebba_cli.simulation.noise import Noise
-from splinebba_cli.simulation.run_errors import Reference, given_locations, reference_of_truth, run_errors
+from splinebba_cli.simulation.run_errors import (
+    Reference,
+    given_locations,
+    largest,
+    reference_of_result,
+    reference_of_truth,
+    run_errors,
+)
 from splinebba_cli.simulation.run_record import RunRecord
 from splinebba_cli.simulation.six_image_block import kind_design, simulate_block
 from splinebba_cli.simulation.targets import BLOCK_NOISE
@@ -79,6 +86,15 @@ def test_turns_of_closed_curves_are_no_error(turns: float) -> None:
     open_ones = replace(reference, locations=reference.locations + np.where(lake, 0.0, turns))
     found = run_errors(result, open_ones).locations
     np.testing.assert_allclose(found - expected, np.where(lake, 0.0, -turns), atol=1e-9)
+
+
+def test_another_location_is_another_solution() -> None:
+    result, _ = with_control_lake()
+    own = reference_of_result(result)
+    assert largest(run_errors(result, own)) < 1e-9
+    other = own.locations.copy()
+    other[5] -= 7.0 * result.curve_residuals.location_sigma[5] / result.statistics.sigma0
+    assert largest(run_errors(result, replace(own, locations=other))) == pytest.approx(7.0, rel=1e-6)
 
 
 def test_a_held_location_has_no_error() -> None:
