@@ -22,15 +22,18 @@ from splinebba_cli.simulation.campaign_statistics import (
     SplineStatistics,
     StudyStatistics,
     all_elements,
+    all_locations,
     all_splines,
     failures_by_code,
     histogram,
     kind_statistics,
+    largest_bias,
     study_statistics,
 )
 from splinebba_cli.simulation.intervals import CONFIDENCE, Figure
 from splinebba_cli.simulation.monte_carlo import MonteCarloResult, summarize
 from splinebba_cli.simulation.noise import Noise
+from splinebba_cli.simulation.run_errors import given_locations
 from splinebba_cli.simulation.run_record import Failure, RunRecord
 
 CAMPAIGN_FORMAT = "splinebba-campaign/1"
@@ -85,9 +88,10 @@ def campaign_content(campaign: CampaignInput, records: Sequence[RunRecord]) -> d
 def _statistics(campaign: CampaignInput, result: MonteCarloResult) -> dict[str, Any]:
     network, confidence = campaign.network, campaign.confidence
     images, points = (all_elements(result, kind, confidence) for kind in ("eop", "points"))
-    splines = all_splines(result, confidence)
+    splines, locations = all_splines(result, confidence), all_locations(result, confidence)
     flat = [e for item in images for e in item], [e for item in points for e in item]
     across = result.across_normalized
+    of_curve = network.curve_observations.curve[given_locations(network)]
     return {
         "alpha": result.alpha,
         "sigmas_scaled_by_sigma0": result.scaled,
@@ -98,6 +102,7 @@ def _statistics(campaign: CampaignInput, result: MonteCarloResult) -> dict[str, 
             "eop": _kind(kind_statistics(flat[0], result, confidence)),
             "points": _kind(kind_statistics(flat[1], result, confidence)),
             "splines": _kind(kind_statistics(splines, result, confidence)),
+            "locations": _kind(kind_statistics(locations, result, confidence)),
         },
         "images": [
             {
@@ -114,14 +119,22 @@ def _statistics(campaign: CampaignInput, result: MonteCarloResult) -> dict[str, 
             for id, item in zip(network.points.ids, points, strict=True)
         ],
         "splines": [
-            {"id": curve.id, "role": curve.role, "across": _spline(each)}
-            for curve, each in zip(network.curves, splines, strict=True)
+            {
+                "id": curve.id,
+                "role": curve.role,
+                "across": _spline(each),
+                "locations": _locations(
+                    [locations[q] for q in np.flatnonzero(of_curve == k)], result, confidence
+                ),
+            }
+            for k, (curve, each) in enumerate(zip(network.curves, splines, strict=True))
         ],
         "histogram": {
             "edges": HISTOGRAM_EDGES,
             "eop": histogram(result.normalized),
             "points": histogram(result.point_normalized),
             "splines": histogram(across),
+            "locations": histogram(result.locations_normalized),
         },
     }
 
@@ -160,6 +173,17 @@ def _spline(statistics: SplineStatistics | None) -> dict[str, Any] | None:
         "ratio": _figure(statistics.ratio),
         "coverage": _figure(statistics.coverage),
     }
+
+
+def _locations(
+    items: Sequence[ElementStatistics | None], result: MonteCarloResult, confidence: float
+) -> dict[str, Any] | None:
+    """All locations on one curve; None where its parameter is not determined."""
+    kind = kind_statistics(items, result, confidence)
+    if kind is None:
+        return None
+    bias, limit = largest_bias(items)
+    return {**(_kind(kind) or {}), "largest_bias_in_sigma": bias, "largest_bias_limit": limit}
 
 
 def _kind(statistics: KindStatistics | None) -> dict[str, Any] | None:

@@ -15,7 +15,7 @@ from typing import Any
 from splinebba_cli.errors import OutputError, SimulationError
 from splinebba_cli.simulation.run_record import RunRecord, record_from
 
-RUNS_FORMAT = "splinebba-campaign-runs/1"
+RUNS_FORMAT = "splinebba-campaign-runs/2"
 RUNS_FILE = "runs.jsonl"
 
 

@@ -74,8 +74,25 @@ KIND = _or_null(
         about="All numbers of a kind; the limits of the ratios hold for all of them together.",
     )
 )
+LOCATIONS = _or_null(
+    object_of(
+        {
+            "elements": {**COUNT, "description": "Points that are measured on the spline."},
+            "coverage": FIGURE,
+            "smallest_ratio": FIGURE,
+            "largest_ratio": FIGURE,
+            "largest_bias_in_sigma": {**NUMBER, "description": "Of a single location, in σ of its bias."},
+            "largest_bias_limit": {
+                **NUMBER,
+                "description": "Exceeded by chance in one campaign of a hundred.",
+            },
+        },
+        about="Locations along a spline whose every value is given; null: they depend on the datum.",
+    )
+)
+KINDS = ("eop", "points", "splines", "locations")
 HISTOGRAM = object_of(
-    {"edges": array_of(NUMBER), **dict.fromkeys(("eop", "points", "splines"), array_of(COUNT))},
+    {"edges": array_of(NUMBER), **dict.fromkeys(KINDS, array_of(COUNT))},
     about="Errors over their a-priori σ; values beyond the edges are in the last bins.",
 )
 STATISTICS = object_of(
@@ -91,10 +108,10 @@ STATISTICS = object_of(
             "description": "Mean of eᵀ D⁻¹ e over the elements of all images; 1 is right.",
         },
         "sigma0_rms": {**NUMBER_OR_NULL, "description": "Root mean square of σ̂₀/σ₀."},
-        "kinds": object_of(dict.fromkeys(("eop", "points", "splines"), KIND)),
+        "kinds": object_of(dict.fromkeys(KINDS, KIND)),
         "images": array_of(object_of({"id": TEXT, **dict.fromkeys(EOP_KEYS, ELEMENT)})),
         "points": array_of(object_of({"id": TEXT, **dict.fromkeys("xyz", ELEMENT)})),
-        "splines": array_of(object_of({"id": TEXT, "role": TEXT, "across": SPLINE})),
+        "splines": array_of(object_of({"id": TEXT, "role": TEXT, "across": SPLINE, "locations": LOCATIONS})),
         "histogram": HISTOGRAM,
     }
 )

@@ -14,8 +14,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_COLOURS = {"eop": "#33658a", "points": "#8a5a33", "splines": "#3a7d44"}
-_NAMES = {"eop": "orientations", "points": "points", "splines": "splines across"}
+_COLOURS = {"eop": "#33658a", "points": "#8a5a33", "splines": "#3a7d44", "locations": "#7a4b94"}
+_NAMES = {
+    "eop": "orientations",
+    "points": "points",
+    "splines": "splines across",
+    "locations": "locations along",
+}
 _INK, _BAND = "#202428", "#c8ced4"
 
 
@@ -43,16 +48,27 @@ def write_campaign_figures(content: dict[str, Any], folder: Path, suffix: str) -
 
 
 def _items(statistics: dict[str, Any], key: str) -> list[tuple[str, float, float, float]]:
-    """Kind, value, lower and upper of a figure for every element, spline and point, in their order."""
-    found = []
-    groups = (("eop", "images"), ("points", "points"), ("splines", "splines"))
-    for kind, name in groups:
-        for item in statistics[name]:
-            for value in item.values():
-                if isinstance(value, dict) and value[key]["value"] is not None:
-                    figure = value[key]
-                    found.append((kind, figure["value"], figure["lower"], figure["upper"]))
-    return found
+    """Kind, value, lower and upper of a figure for every element, point and spline, in their order.
+
+    Locations are drawn spline by spline: pooled coverage, smallest and largest ratio.
+    """
+    figures = [("eop", value[key]) for image in statistics["images"] for value in _elements(image)]
+    figures += [("points", value[key]) for point in statistics["points"] for value in _elements(point)]
+    splines = statistics["splines"]
+    figures += [("splines", spline["across"][key]) for spline in splines if spline["across"]]
+    pooled = ("smallest_ratio", "largest_ratio") if key == "ratio" else (key,)
+    for spline in splines:
+        if spline["locations"]:
+            figures += [("locations", spline["locations"][name]) for name in pooled]
+    return [
+        (kind, each["value"], each["lower"], each["upper"])
+        for kind, each in figures
+        if each["value"] is not None
+    ]
+
+
+def _elements(item: dict[str, Any]) -> list[dict[str, Any]]:
+    return [value for value in item.values() if isinstance(value, dict)]
 
 
 def _with_intervals(axes: Axes, items: list[tuple[str, float, float, float]]) -> None:

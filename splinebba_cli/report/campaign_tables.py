@@ -42,7 +42,7 @@ def campaign_tables(content: dict[str, Any]) -> tuple[Table, ...]:
     if content["statistics"] is not None:
         statistics = content["statistics"]
         tables += [figures_table(content), elements_table(statistics), _splines_table(statistics)]
-        tables.append(_points_table(statistics))
+        tables += [locations_table(statistics), _points_table(statistics)]
     tables.append(study_table(content["study"]))
     return tuple(table for table in tables if table.rows)
 
@@ -59,7 +59,12 @@ def figures_table(content: dict[str, Any]) -> Table:
 
     add("share of accepted global tests", statistics["acceptance"])
     add("mean squared normalised error of orientations", statistics["mean_square"])
-    names = (("eop", "orientations"), ("points", "points"), ("splines", "splines across"))
+    names = (
+        ("eop", "orientations"),
+        ("points", "points"),
+        ("splines", "splines across"),
+        ("locations", "locations along"),
+    )
     for kind, name in names:
         if statistics["kinds"][kind] is not None:
             add(f"coverage of {percent} intervals, {name}", statistics["kinds"][kind]["coverage"])
@@ -171,6 +176,33 @@ def _splines_table(statistics: dict[str, Any]) -> Table:
         or each["largest_bias_in_sigma"] > each["largest_bias_limit"]
     )
     return Table("Splines across", columns, tuple(rows), marked, "campaign.json")
+
+
+def locations_table(statistics: dict[str, Any]) -> Table:
+    """One row a spline whose every value is given: the points measured along it."""
+    found = [(s["id"], s["locations"]) for s in statistics["splines"] if s["locations"] is not None]
+    columns = (
+        Column("Spline", numeric=False),
+        Column("points"),
+        Column("largest bias", "σ of it", 2),
+        Column("ratio", "least", 3),
+        Column("ratio", "most", 3),
+        Column("coverage", "%", 2),
+    )
+    rows = tuple(
+        (
+            id, each["elements"], each["largest_bias_in_sigma"], each["smallest_ratio"]["value"],
+            each["largest_ratio"]["value"], 100 * each["coverage"]["value"],
+        )
+        for id, each in found
+    )  # fmt: skip
+    marked = frozenset(
+        i
+        for i, (_, each) in enumerate(found)
+        if not all(each[key]["inside"] for key in ("coverage", "smallest_ratio", "largest_ratio"))
+        or each["largest_bias_in_sigma"] > each["largest_bias_limit"]
+    )
+    return Table("Locations along given splines", columns, rows, marked, "campaign.json")
 
 
 def study_table(study: list[dict[str, Any]]) -> Table:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from splinebba_cli.core.adjustment import adjust
-from splinebba_cli.core.network import IntArray, Network
+from splinebba_cli.core.network import Network
 from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.errors import NotSolvableError
 from splinebba_cli.simulation.dropping import Dropped
@@ -19,6 +19,7 @@ from splinebba_cli.simulation.noise import Noise
 from splinebba_cli.simulation.realization import Design, realize
 from splinebba_cli.simulation.run_errors import (
     Reference,
+    given_locations,
     largest,
     reference_of_result,
     reference_of_truth,
@@ -26,6 +27,7 @@ from splinebba_cli.simulation.run_errors import (
 )
 from splinebba_cli.simulation.run_record import (
     Failure,
+    Places,
     RunRecord,
     StudyOutcome,
     StudyPoint,
@@ -34,7 +36,9 @@ from splinebba_cli.simulation.run_record import (
 )
 from splinebba_cli.simulation.truth import at_truth
 
-SAME_SOLUTION = 0.01  # σ of every orientation element, point coordinate and place across a curve
+SAME_SOLUTION = (
+    0.01  # σ of every orientation element, point coordinate, place across a curve and given location
+)
 
 
 @dataclass(frozen=True)
@@ -58,15 +62,25 @@ class Campaign:
         if result is None:
             return failed_record(run, failure or Failure("SBB502", ""))
         study = self._study(run, reference_of_result(result))
-        return solved_record(run, result, reference_of_truth(network, made.truth), self._places(made), study)
+        return self.record(run, made, result, study)
+
+    def record(
+        self, run: int, made: Dropped, result: AdjustmentResult, study: tuple[StudyPoint, ...] = ()
+    ) -> RunRecord:
+        """What is kept of a realization that was solved."""
+        return solved_record(
+            run, result, reference_of_truth(made.network, made.truth), self._places(made), study
+        )
 
     def options(self) -> dict[str, Any]:
         """What the runs depend on, besides the design."""
         return {"seed": self.seed, "noise": asdict(self.noise), "study": list(self.study)}
 
-    def _places(self, made: Dropped) -> tuple[IntArray, int, IntArray, int]:
+    def _places(self, made: Dropped) -> Places:
         whole = self.design.network
-        return made.points, len(whole.points.ids), made.curves, len(whole.curves)
+        given = given_locations(whole)
+        own = np.searchsorted(given, made.measured[given_locations(made.network)])
+        return Places(made.points, len(whole.points.ids), made.curves, len(whole.curves), own, len(given))
 
     def _study(self, run: int, reference: Reference) -> tuple[StudyPoint, ...]:
         points = []

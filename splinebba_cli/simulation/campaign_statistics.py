@@ -22,7 +22,7 @@ from splinebba_cli.simulation.monte_carlo import MonteCarloResult
 from splinebba_cli.simulation.run_record import Failure, RunRecord
 
 HISTOGRAM_EDGES = np.linspace(-5.0, 5.0, 41)
-Kind = Literal["eop", "points", "splines"]
+Kind = Literal["eop", "points", "splines", "locations"]
 
 
 @dataclass(frozen=True)
@@ -117,6 +117,26 @@ def all_elements(
         ]
         for i in range(errors.shape[1])
     ]
+
+
+def all_locations(result: MonteCarloResult, confidence: float) -> list[ElementStatistics | None]:
+    """Statistics of every location on a curve whose every value is given, in units of its parameter.
+
+    Of other curves there are none: what is along them depends on the datum (gauge conditions).
+    """
+    normalized = result.locations_normalized
+    covered = result.covered(normalized**2, 1.0, confidence)
+    return [
+        element_statistics(result.locations[:, q], normalized[:, q], covered[:, q], confidence)
+        for q in range(normalized.shape[1])
+    ]
+
+
+def largest_bias(items: Sequence[ElementStatistics | None]) -> tuple[float, float]:
+    """Largest bias among elements in its own σ, and what one of them exceeds with 1 % probability."""
+    biases = [abs(e.bias) / e.bias_sigma for e in items if e is not None and e.bias_sigma > 0.0]
+    tail = 0.5 * (1.0 - CONFIDENCE) / max(len(biases), 1)
+    return max(biases, default=0.0), float(-ndtri(tail))
 
 
 def all_splines(result: MonteCarloResult, confidence: float) -> list[SplineStatistics | None]:

@@ -20,6 +20,7 @@ class Dropped:
     truth: Truth
     points: IntArray  # (n,) numbers of the points in the design
     curves: IntArray  # (k,) numbers of the curves in the design
+    measured: IntArray  # (q,) numbers of the measured curve points in the design
     left_out: tuple[str, ...] = ()  # "tie point `a`": features that too few images see
 
 
@@ -32,8 +33,9 @@ def drop_measurements(
     are left out, and so is what no image sees, as a project would be refused otherwise.
     """
     if point_share <= 0.0 and pair_share <= 0.0:
-        every = np.arange(len(network.points.ids)), np.arange(len(network.curves))
-        return Dropped(network, truth, *every)
+        points, curves = np.arange(len(network.points.ids)), np.arange(len(network.curves))
+        return Dropped(network, truth, points, curves, np.arange(len(network.curve_observations)))
+    measured = np.arange(len(network.curve_observations))
     for field, feature in (("point_observations", "point"), ("curve_observations", "curve")):
         group = getattr(network, field)
         rows = np.arange(len(group))
@@ -47,7 +49,9 @@ def drop_measurements(
             rows = rows[_kept(len(rows), point_share, generator)]
         if len(rows) < len(group):
             network, truth = keep_rows(network, truth, field, rows)
-    return leave_out_unseen(network, truth)
+            measured = measured[rows] if field == "curve_observations" else measured
+    left = leave_out_unseen(network, truth)
+    return replace(left, measured=measured[left.measured])
 
 
 def _kept(count: int, share: float, generator: np.random.Generator) -> IntArray:
@@ -89,9 +93,11 @@ def leave_out_unseen(network: Network, truth: Truth) -> Dropped:
     kept_curves = _usable(curve_roles, _images_of(on_curves.curve, on_curves.image, len(curves)))
     out = [f"{points.role[k]} point `{points.ids[k]}`" for k in np.flatnonzero(~kept_points)]
     out += [f"{curves[k].role} spline `{curves[k].id}`" for k in np.flatnonzero(~kept_curves)]
+    measured = np.flatnonzero(kept_curves[on_curves.curve])
     if out:
         network, truth = _without(network, truth, kept_points, kept_curves)
-    return Dropped(network, truth, np.flatnonzero(kept_points), np.flatnonzero(kept_curves), tuple(out))
+    kept = np.flatnonzero(kept_points), np.flatnonzero(kept_curves)
+    return Dropped(network, truth, kept[0], kept[1], measured, tuple(out))
 
 
 def _images_of(feature: IntArray, image: IntArray, count: int) -> IntArray:

@@ -53,6 +53,8 @@ class MonteCarloResult:
     point_normalized: FloatArray  # (N, n, 3)
     across: FloatArray  # (N, k, p, 2) errors of curves across, m: to the left, upwards
     across_normalized: FloatArray  # (N, k, p, 2) over the semi-axes of the lateral standard ellipse
+    locations: FloatArray  # (N, q) errors of locations on curves whose every value is given, units of u
+    locations_normalized: FloatArray  # (N, q)
     accepted: BoolArray  # (N,) global test, of the runs with redundancy
     sigma0: FloatArray  # (N,)
     redundancy: FloatArray  # (N,)
@@ -144,6 +146,8 @@ def summarize(records: Sequence[RunRecord], alpha: float, scaled: bool) -> Monte
         point_normalized=stacked("points_normalized"),
         across=curves("across"),
         across_normalized=curves("normalized"),
+        locations=stacked("locations"),
+        locations_normalized=stacked("locations_normalized"),
         accepted=np.array([r.accepted for r, _ in solved if r.accepted is not None], dtype=bool),
         sigma0=np.array([r.sigma0 for r, _ in solved]),
         redundancy=np.array([r.redundancy for r, _ in solved], dtype=np.float64),

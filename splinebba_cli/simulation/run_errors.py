@@ -2,6 +2,10 @@
 
 Curves are compared across: the vector from the nearest point of the true curve, less its part along the tangent.  It
 does not depend on parameters or on where knots have slid.
+
+Locations are compared on curves whose every value is given (σ finite; 0: held).  There the parameter is determined by
+what is given; elsewhere the location of a measured point, as every figure along a curve, depends on the gauge
+conditions, and an error of it would be one of the datum.
 """
 
 from __future__ import annotations
@@ -13,7 +17,7 @@ import numpy as np
 from splinebba_cli.core.camera.rotation import wrap_angle
 from splinebba_cli.core.curves.nearest import nearest_on_curve
 from splinebba_cli.core.curves.registry import basis_of
-from splinebba_cli.core.network import BoolArray, FloatArray, Network
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, Network
 from splinebba_cli.core.result import AdjustmentResult, CurveResult
 from splinebba_cli.simulation.truth import Shape, Truth, shape_of
 
@@ -41,6 +45,8 @@ class RunErrors:
     points: FloatArray  # (n, 3) m
     points_normalized: FloatArray  # (n, 3)
     curves: tuple[CurveErrors, ...]
+    locations: FloatArray  # (q,) of the points measured on curves whose every value is given, units of u
+    locations_normalized: FloatArray  # (q,)
 
 
 @dataclass(frozen=True)
@@ -50,12 +56,13 @@ class Reference:
     eop: FloatArray  # (m, 6)
     points: FloatArray  # (n, 3)
     shapes: tuple[Shape, ...]
+    locations: FloatArray  # (n,) of all measured curve points; NaN where unknown
 
 
 def reference_of_truth(network: Network, truth: Truth) -> Reference:
     """The truth of a simulated network, before its adjustment."""
     shapes = tuple(shape_of(c, values) for c, values in zip(network.curves, truth.curves, strict=True))
-    return Reference(truth.eop, truth.points, shapes)
+    return Reference(truth.eop, truth.points, shapes, truth.locations)
 
 
 def reference_of_result(result: AdjustmentResult) -> Reference:
@@ -67,7 +74,7 @@ def reference_of_result(result: AdjustmentResult) -> Reference:
     for curve, found in zip(result.network.curves, result.curves, strict=True):
         shift = np.where(basis_of(curve).value_is_position[:, None], origin, 0.0)
         shapes.append(shape_of(curve, found.values - shift))
-    return Reference(eop, result.points.xyz - origin, tuple(shapes))
+    return Reference(eop, result.points.xyz - origin, tuple(shapes), result.curve_residuals.location)
 
 
 def dispersion_factor(result: AdjustmentResult) -> float:
@@ -90,6 +97,7 @@ def run_errors(result: AdjustmentResult, reference: Reference) -> RunErrors:
     point_sigma = np.sqrt(np.maximum(np.einsum("nii->ni", result.points.dispersion), 0.0)) / factor
     known = point_sigma > 0.0
     origin = result.network.origin
+    locations, locations_normalized = _location_errors(result, reference, factor)
     return RunErrors(
         eop=np.where(estimated, eop, np.nan),
         eop_normalized=_over(eop, np.sqrt(np.maximum(np.einsum("mii->mi", dispersion), 0.0)), estimated),
@@ -100,13 +108,42 @@ def run_errors(result: AdjustmentResult, reference: Reference) -> RunErrors:
             _curve_errors(found, shape, origin, factor)
             for found, shape in zip(result.curves, reference.shapes, strict=True)
         ),
+        locations=locations,
+        locations_normalized=locations_normalized,
     )
+
+
+def given_locations(network: Network) -> IntArray:
+    """Numbers of the points measured on curves whose every value is given: their locations are determined."""
+    given = np.array([bool(np.isfinite(curve.sigma).all()) for curve in network.curves], dtype=bool)
+    if not given.any():
+        return np.zeros(0, dtype=np.int64)
+    return np.flatnonzero(given[network.curve_observations.curve])
 
 
 def largest(errors: RunErrors) -> float:
     """Largest normalised error of all kinds; 0 where nothing is estimated."""
-    parts = [errors.eop_normalized, errors.points_normalized, *(c.normalized for c in errors.curves)]
+    parts = [errors.eop_normalized, errors.points_normalized, errors.locations_normalized]
+    parts += [curve.normalized for curve in errors.curves]
     return max((float(np.nanmax(np.abs(p), initial=0.0)) for p in parts if p.size), default=0.0)
+
+
+def _location_errors(
+    result: AdjustmentResult, reference: Reference, factor: float
+) -> tuple[FloatArray, FloatArray]:
+    """Errors of the locations of :func:`given_locations`, the short way round closed curves; NaN where held."""
+    rows = given_locations(result.network)
+    if not len(rows):
+        return np.zeros(0), np.zeros(0)
+    table, curve = result.curve_residuals, result.network.curve_observations.curve[rows]
+    error = table.location[rows] - reference.locations[rows]
+    bases = [shape[0] for shape in reference.shapes]
+    turn = np.array([b.break_points[-1] - b.break_points[0] if b.closed else np.inf for b in bases])[curve]
+    turns = np.where(np.isfinite(turn) & np.isfinite(error), np.round(error / turn), 0.0)
+    error -= np.where(np.isfinite(turn), turn, 0.0) * turns
+    sigma = table.location_sigma[rows] / factor
+    known = (sigma > 0.0) & np.isfinite(error)
+    return np.where(known, error, np.nan), _over(error, sigma, known)
 
 
 def _over(errors: FloatArray, sigma: FloatArray, known: BoolArray) -> FloatArray:
@@ -128,6 +165,7 @@ def _curve_errors(found: CurveResult, shape: Shape, origin: FloatArray, factor: 
     xyz = found.sample_xyz[chosen] - origin
     u, _ = nearest_on_curve(basis, coefficients, xyz)
     tangent = _unit(basis.evaluate(u, coefficients, 1))
+    tangent = np.where(np.any(tangent != 0.0, axis=1)[:, None], tangent, [0.0, 0.0, 1.0])  # a point: in plan
     error = xyz - basis.evaluate(u, coefficients)
     error -= np.einsum("pi,pi->p", error, tangent)[:, None] * tangent
     left = np.cross([0.0, 0.0, 1.0], tangent)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -20,6 +20,18 @@ from splinebba_cli.simulation.run_errors import (
 )
 
 StudyOutcome = Literal["same", "other minimum", "failed"]
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where the features of a run stand in the design of its campaign."""
+
+    points: IntArray  # (n,) numbers of the run's points
+    point_count: int
+    curves: IntArray  # (k,) numbers of the run's curves
+    curve_count: int
+    locations: IntArray  # (q,) of its locations on given curves among all of these
+    location_count: int
 
 
 @dataclass(frozen=True)
@@ -105,18 +117,13 @@ def solved_record(
     run: int,
     result: AdjustmentResult,
     reference: Reference,
-    places: tuple[IntArray, int, IntArray, int] | None = None,
+    places: Places | None = None,
     study: tuple[StudyPoint, ...] = (),
 ) -> RunRecord:
-    """The record of a solved run.
-
-    Parameters
-    ----------
-    places : numbers of the result's points in the design and their total there, and the same of curves
-    """
+    """The record of a solved run; without `places` it numbers its features as the result does."""
     errors = run_errors(result, reference)
     if places is not None:
-        errors = _in_design(errors, *places)
+        errors = _in_design(errors, places)
     statistics = result.statistics
     test = statistics.global_test
     return RunRecord(
@@ -136,23 +143,37 @@ def failed_record(run: int, failure: Failure) -> RunRecord:
     return RunRecord(run, failure, None, float("nan"), 0, None, 0)
 
 
-def _in_design(errors: RunErrors, points: IntArray, n: int, curves: IntArray, k: int) -> RunErrors:
-    def spread(rows: FloatArray) -> FloatArray:
-        out = np.full((n, 3), np.nan)
-        out[points] = rows
+def _in_design(errors: RunErrors, places: Places) -> RunErrors:
+    def spread(rows: FloatArray, at: IntArray, count: int) -> FloatArray:
+        out = np.full((count, *rows.shape[1:]), np.nan)
+        out[at] = rows
         return out
 
     none = np.full((SAMPLES_PER_CURVE, 2), np.nan)
-    all_curves = [CurveErrors(none, none)] * k
-    for place, found in zip(curves, errors.curves, strict=True):
+    all_curves = [CurveErrors(none, none)] * places.curve_count
+    for place, found in zip(places.curves, errors.curves, strict=True):
         all_curves[int(place)] = found
-    return RunErrors(
-        errors.eop, errors.eop_normalized, errors.image_squares,
-        spread(errors.points), spread(errors.points_normalized), tuple(all_curves),
-    )  # fmt: skip
+    points = places.points, places.point_count
+    locations = places.locations, places.location_count
+    return replace(
+        errors,
+        points=spread(errors.points, *points),
+        points_normalized=spread(errors.points_normalized, *points),
+        curves=tuple(all_curves),
+        locations=spread(errors.locations, *locations),
+        locations_normalized=spread(errors.locations_normalized, *locations),
+    )
 
 
-_ARRAYS = {"eop": 6, "eop_normalized": 6, "image_squares": 0, "points": 3, "points_normalized": 3}
+_ARRAYS = {
+    "eop": 6,
+    "eop_normalized": 6,
+    "image_squares": 0,
+    "points": 3,
+    "points_normalized": 3,
+    "locations": 0,
+    "locations_normalized": 0,
+}
 
 
 def _errors_data(errors: RunErrors) -> dict[str, Any]:

@@ -89,6 +89,23 @@ def test_a_campaign_and_its_figures(project: Path, tmp_path: Path) -> None:
     assert sum(statistics["histogram"]["eop"]) == 3 * 36
     assert [image["id"] for image in statistics["images"]] == ["1", "2", "3", "4", "5", "6"]
     assert [s["id"] for s in statistics["splines"]] == ["partial-1", "tie-1", "tie-2", "lake", "check-1"]
+    assert statistics["kinds"]["locations"] is None  # no spline whose every value is given
+
+
+def test_locations_on_given_splines_are_counted(tmp_path: Path) -> None:
+    out = tmp_path / "campaign"
+    result = run("six-image", "--runs", 3, "--jobs", 1, "-o", out)
+    assert result.exit_code == 0, result.output
+    assert "coverage of 95 % intervals, locations along" in result.stdout
+    assert "Locations along given splines" in result.stdout
+    found = content(out / "campaign.json")
+    jsonschema.Draft202012Validator(json.loads(schema_text("campaign"))).validate(found)
+    statistics = found["statistics"]
+    given = {s["id"]: s["locations"]["elements"] for s in statistics["splines"] if s["locations"]}
+    assert given == {"control-1": 180, "control-2": 180}  # of tie splines they depend on the datum
+    assert statistics["kinds"]["locations"]["elements"] == 360
+    assert sum(statistics["histogram"]["locations"]) == 3 * 360
+    assert "locations along" in (out / "coverage.svg").read_text(encoding="utf-8")
 
 
 def test_an_interrupted_campaign_continues_to_the_same_result(project: Path, tmp_path: Path) -> None:
