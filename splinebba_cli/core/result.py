@@ -38,7 +38,7 @@ class GlobalTest:
 class Statistics:
     """Counts and variance of unit weight.  redundancy = observations + conditions - unknowns."""
 
-    observations: int  # scalar observations: image coordinates, control and prior equations
+    observations: int  # scalar: image coordinates, arc lengths, tangents, control and prior equations
     unknowns: int  # locations included
     conditions: int  # gauge, shape and datum conditions
     rank_defect: int  # of the measurements and priors alone

@@ -178,7 +178,11 @@ def statistics_section(data: ResultData) -> Section:
     s = data["statistics"]
     test = s["global_test"]
     items = [
-        Fact("Observations", f"{s['observations']}", "image coordinates, control and prior equations"),
+        Fact(
+            "Observations",
+            f"{s['observations']}",
+            "image coordinates, arc lengths, tangents, control, priors",
+        ),
         Fact("Unknowns", f"{s['unknowns']}", "locations on splines included"),
         Fact(
             "Gauge and datum conditions",

@@ -30,6 +30,8 @@ def spline_figure(data: ResultData, spline_id: str) -> str:
     if samples is None or len(samples.u) < 2:
         return ""
     spline = next(spline for spline in data["splines"] if spline["id"] == spline_id)
+    if spline["closed"]:
+        samples = ring(samples)
     horizontal, sigma_plan, sigma_profile = lateral_sigma(samples)
 
     def draw(figure: Figure) -> None:
@@ -38,6 +40,14 @@ def spline_figure(data: ResultData, spline_id: str) -> str:
         _draw_profile(profile, samples, spline, sigma_profile)
 
     return svg_of(draw, (7.6, 2.9), f"spline {spline_id}", margins=(0.085, 0.16, 0.99, 0.91, 0.2))
+
+
+def ring(samples: SplineSamples) -> SplineSamples:
+    """Samples of a closed spline with the first one again at the end, one step further."""
+    first = [
+        np.concatenate([values, values[:1]]) for values in (samples.xyz, samples.across, samples.direction)
+    ]
+    return SplineSamples(np.append(samples.u, 2.0 * samples.u[-1] - samples.u[-2]), *first)
 
 
 def lateral_sigma(samples: SplineSamples) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -78,9 +88,15 @@ def _draw_plan(
     knots = np.array(spline["knots"], dtype=float).reshape(-1, 3)[:, :2] - origin
     axes.plot(knots[:, 0], knots[:, 1], "o", color=INK, markersize=2.6)
     axes.set_title(f"Plan, band σ × {factor:g}")
-    axes.set_xlabel(f"X − {origin[0]:.0f} [m]" if origin[0] else "X [m]")
-    axes.set_ylabel(f"Y − {origin[1]:.0f} [m]" if origin[1] else "Y [m]")
+    axes.set_xlabel(_less("X", origin[0]))
+    axes.set_ylabel(_less("Y", origin[1]))
     axes.locator_params(nbins=5)
+
+
+def _less(name: str, origin: float) -> str:
+    """Label of an axis whose values are coordinates less an origin."""
+    shift = f" {'−' if origin > 0 else '+'} {abs(origin):.0f}" if origin else ""
+    return f"{name}{shift} [m]"
 
 
 def _draw_profile(axes: Axes, samples: SplineSamples, spline: dict[str, Any], sigma: FloatArray) -> None:

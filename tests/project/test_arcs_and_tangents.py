@@ -103,19 +103,19 @@ def test_units_and_frames(tmp_path: Path) -> None:
 
 BAD = [
     # what is replaced, by what, code, message contains, line, column
-    ("a coast q r", "a coast q s", "SBB301", "no measured point `s`", 25, 17),
-    ("b coast p q 3", "b coast r q 3", "SBB301", "no measured point `r`", 26, 15),
-    ("a coast q r 2.02", "a coast p r 2.02", "SBB302", "two arc lengths begin", 25, 15),
-    ("a coast q r 2.02", "a coast r q 2.02", "SBB302", "two arc lengths end", 25, 17),
-    ("a coast q r 2.02", "a coast q p 2.02", "SBB209", "close a ring", 24, 15),
-    ("a coast q r 2.02", "a coast q q 2.02", "SBB209", "to itself", 25, 17),
-    ("2.02", "-2.02", "SBB205", "positive", 25, 19),
-    ("2.02", "2.0x", "SBB403", "`2.0x`", 25, 19),
+    ("a coast q r", "a coast q s", "SBB301", "no measured point `s`", 25, 19),
+    ("b coast p q 3", "b coast r q 3", "SBB301", "no measured point `r`", 26, 17),
+    ("a coast q r 2.02", "a coast p r 2.02", "SBB302", "two arc lengths begin", 25, 17),
+    ("a coast q r 2.02", "a coast r q 2.02", "SBB302", "two arc lengths end", 25, 19),
+    ("a coast q r 2.02", "a coast q p 2.02", "SBB209", "close a ring", 24, 17),
+    ("a coast q r 2.02", "a coast q q 2.02", "SBB209", "to itself", 25, 19),
+    ("2.02", "-2.02", "SBB205", "positive", 25, 21),
+    ("2.02", "2.0x", "SBB403", "`2.0x`", 25, 21),
     ("    - sigma_um: 7\n      col", "    - col", "SBB202", "no σ", 21, 7),
     ("sigma_um: 7", "sigma_um: 7\n      sigma_mm: 1", "SBB209", "two units", 21, 7),
     ("sigma_um: 7", "sigma_um: 7\n      method: trapezoid", "SBB204", "trapezoid", 22, 15),
     ("sigma_um: 7", "sigma_px: 7", "SBB202", "pixel", 21, 7),
-    ("b coast q -30", "a coast p -30", "SBB302", "two tangents", 32, 15),
+    ("b coast q -30", "a coast p -30", "SBB302", "two tangents", 32, 17),
     ("    - sigma: 0.5\n      col", "    - col", "SBB202", "without σ", 28, 7),
     ("a coast 3 2 q", "a coast 3 2 p", "SBB302", "given twice", 16, 21),
 ]
@@ -133,8 +133,7 @@ def test_a_mistake_has_its_place(
         load_project(path)
     found = [d for d in caught.value.diagnostics if d.severity == "error"]
     assert any(
-        d.code == code and message in d.message and (d.line, d.column) == (line, column)
-        for d in found
+        d.code == code and message in d.message and (d.line, d.column) == (line, column) for d in found
     ), [(d.code, d.message, d.line, d.column) for d in found]
 
 

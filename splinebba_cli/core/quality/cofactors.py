@@ -55,6 +55,17 @@ class Cofactors:
         mask = self.assembler.layout.coefficient_mask[columns].reshape(len(columns), -1)
         return window.gather(self.values) * mask[:, :, None] * mask[:, None, :]
 
+    def curve_leverage(self, jacobian: FloatArray) -> FloatArray:
+        """J Q J' of rows (k, P) over the windows of the curve points, one for each of their equations, (k,)."""
+        windows = self.solution.linearization.windows
+        leverage = np.zeros(len(jacobian) + 1)
+        padded = np.concatenate([jacobian, np.zeros((1, jacobian.shape[1]))])
+        for groups, rows in windows.groups.batches(jacobian.shape[1] * 2):
+            block = padded[rows]
+            inner = np.matmul(block, self.values[windows.window.index[groups]])
+            leverage[rows] = np.sum(inner * block, axis=2)
+        return leverage[:-1]
+
     @cached_property
     def points(self) -> PointCofactors:
         """Q of all points and of points with the images that see them."""

@@ -29,23 +29,15 @@ def location_cofactors(cofactors: Cofactors, linked: LinkedCofactors) -> FloatAr
     rows = np.flatnonzero(single & has)
     if not len(rows):
         return out
-    groups = at.windows.groups
-    group_of = np.empty(len(groups.order), dtype=np.int64)
-    group_of[groups.order] = np.repeat(np.arange(len(groups.starts) - 1), np.diff(groups.starts))
     size, layout = cofactors.assembler.orientation_size, cofactors.assembler.layout
+    jacobian, slope = np.zeros((len(at.curve.point), at.curve_jacobian.shape[1] - 1)), np.zeros(len(rows))
     for begin in range(0, len(rows), CHUNK):
         part = rows[begin : begin + CHUNK]
         along = along_rows(prepared, at.state, part)
         image, columns = at.curve.image[part], prepared.curves.columns[along.segment]
-        jacobian = np.concatenate(
-            [
-                (along.orientation * layout.image_mask[image])[:, :size],
-                (along.coefficients * layout.coefficient_mask[columns]).reshape(len(part), -1),
-            ],
-            axis=1,
-        )
-        windows = cofactors.values[at.windows.window.index[group_of[part]]]
-        leverage = np.sum(np.matmul(jacobian[:, None, :], windows)[:, 0] * jacobian, axis=1)
-        slope = np.where(along.slope > 0.0, along.slope, np.inf)
-        out[part] = (1.0 + leverage) / slope**2
+        jacobian[part, :size] = (along.orientation * layout.image_mask[image])[:, :size]
+        local = along.coefficients * layout.coefficient_mask[columns]
+        jacobian[part, size:] = local.reshape(len(part), jacobian.shape[1] - size)
+        slope[begin : begin + CHUNK] = np.where(along.slope > 0.0, along.slope, np.inf)
+    out[rows] = (1.0 + cofactors.curve_leverage(jacobian)[rows]) / slope**2
     return out

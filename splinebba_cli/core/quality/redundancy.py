@@ -49,7 +49,7 @@ def redundancy_numbers(cofactors: Cofactors, linked: LinkedCofactors) -> Redunda
     """Redundancy numbers of all observations from the selected inverse."""
     assembler, at = cofactors.assembler, cofactors.solution.linearization
     network, layout = assembler.prepared.network, assembler.layout
-    curve = 1.0 - _curve_leverage(cofactors)
+    curve = 1.0 - cofactors.curve_leverage(at.curve_jacobian[:, :-1])
     image_points = np.zeros((len(network.point_observations), 2))
     points = cofactors.points
     observed = network.point_observations
@@ -75,20 +75,6 @@ def redundancy_numbers(cofactors: Cofactors, linked: LinkedCofactors) -> Redunda
         point_priors=np.where(weight > 0.0, 1.0 - point_leverage, 0.0),
         coefficient_rows=1.0 - coefficient_leverage(cofactors),
     )
-
-
-def _curve_leverage(cofactors: Cofactors) -> FloatArray:
-    """a Q a' of the equations across the curves, (k,)."""
-    at = cofactors.solution.linearization
-    jacobian = at.curve_jacobian[:, :-1]
-    leverage = np.zeros(len(jacobian) + 1)
-    padded = np.concatenate([jacobian, np.zeros((1, jacobian.shape[1]))])
-    window = at.windows.window
-    for groups, rows in at.windows.groups.batches(jacobian.shape[1] * 2):
-        block = padded[rows]
-        inner = np.matmul(block, cofactors.values[window.index[groups]])
-        leverage[rows] = np.sum(inner * block, axis=2)
-    return leverage[:-1]
 
 
 def coefficient_leverage(cofactors: Cofactors) -> FloatArray:
