@@ -93,6 +93,7 @@ ERROR_CODES: dict[str, str] = {
     "SBB534": "orientation unknowns highly correlated",
     "SBB535": "spline folded",
     "SBB536": "knot interval without measurements",
+    "SBB537": "arc lengths too long for one Simpson step",
     # 6xx: output
     "SBB601": "results cannot be written",
     "SBB602": "not a result folder",

@@ -13,6 +13,7 @@ from splinebba_cli.core.estimation.datum import DATUM_DEFECT
 from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.network import BoolArray, FloatArray, Network
 from splinebba_cli.core.observations.coefficient_rows import GAUGE, SHAPE
+from splinebba_cli.core.quality.arc_findings import arc_findings
 from splinebba_cli.core.quality.check_features import check_points, check_splines
 from splinebba_cli.core.quality.cofactors import Cofactors
 from splinebba_cli.core.quality.curve_findings import curve_findings
@@ -103,7 +104,15 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
         problems=adjusted.problems,
         dispersion=dispersion_blocks(cofactors, scale) if full_dispersion else None,
     )
-    return replace(result, problems=(*adjusted.problems, *findings(result), *curve_findings(prepared, state)))
+    return replace(
+        result,
+        problems=(
+            *adjusted.problems,
+            *findings(result),
+            *curve_findings(prepared, state),
+            *arc_findings(prepared, state),
+        ),
+    )
 
 
 def dispersion_scale(network: Network, statistics: Statistics) -> float:
