@@ -13,13 +13,14 @@ import os
 import pytest
 
 from benchmarks.coverage import CONFIDENCE, measure
-from benchmarks.coverage_cases import CASES, case
+from benchmarks.coverage_cases import case
 from splinebba_cli.simulation.intervals import binomial_interval, ratio_interval
 
 RUNS = 60
 SHORT = ("table_5_6", "table_5_11")
+LONGER = ("table_5_5", "six-image", "families", "tangents", "both")
 LONG = pytest.mark.skipif(os.environ.get("SPLINEBBA_LONG") != "1", reason="SPLINEBBA_LONG=1 runs it")
-NAMES = [pytest.param(each.name, marks=() if each.name in SHORT else LONG) for each in CASES]
+NAMES = [*SHORT, *(pytest.param(name, marks=LONG) for name in LONGER)]
 
 
 @pytest.mark.parametrize("name", NAMES)
