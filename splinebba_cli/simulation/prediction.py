@@ -13,18 +13,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from splinebba_cli.core.estimation.block_cholesky import NotPositiveDefinite
-from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution, leverage_of
-from splinebba_cli.core.estimation.datum import minimal_datum, needed_conditions
+from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution, kept_conditions
+from splinebba_cli.core.estimation.datum import minimal_datum
 from splinebba_cli.core.estimation.gauss_markov import PIVOT_TOLERANCE, Solution
 from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.network import BoolArray, FloatArray, Network
-from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows, value_rows
-from splinebba_cli.core.observations.locations import held_locations
+from splinebba_cli.core.observations.coefficient_rows import CoefficientRows, concatenate_rows, gauge_rows
+from splinebba_cli.core.observations.locations import held_locations, search_locations
+from splinebba_cli.core.observations.shape_conditions import control_rows
 from splinebba_cli.core.quality.determinacy import require_determined, require_rank
 from splinebba_cli.core.quality.evaluation import Adjusted, evaluate
 from splinebba_cli.core.result import AdjustmentResult
-from splinebba_cli.core.state import Prepared, prepare
+from splinebba_cli.core.state import Prepared, State, prepare
 from splinebba_cli.simulation.realization import Design
 from splinebba_cli.simulation.truth import at_truth, true_state
 
@@ -76,12 +77,12 @@ def _with_control_at_truth(network: Network, design: Design) -> Network:
 
 def _solved(prepared: Prepared, design: Design) -> ConditionedSolution:
     """The factor at the truth with the conditions that an adjustment keeps."""
-    settings, state = prepared.network.settings, true_state(prepared, design.truth)
+    settings, state = prepared.network.settings, _located(prepared, true_state(prepared, design.truth))
     layout = layout_of(prepared)
     if settings.datum == "minimal":
         layout = minimal_datum(layout, state)
     held = held_locations(prepared, state.location)
-    control = value_rows(prepared, layout.coefficient_mask)
+    control = control_rows(prepared, layout.coefficient_mask)
     gauge = gauge_rows(prepared, layout.coefficient_mask, settings.gauge_sigma_m)
 
     def with_conditions(chosen: BoolArray) -> ConditionedSolution:
@@ -102,25 +103,24 @@ def _solved(prepared: Prepared, design: Design) -> ConditionedSolution:
 
     active = np.ones(len(gauge), dtype=bool)
     select = settings.gauge_conditions == "needed" and settings.knots.spacing_m is None
-    return _with_needed(
-        with_conditions, active, lambda s: leverage_of(gauge, s.assembler, s.solution), select
-    )
+    return _with_needed(with_conditions, gauge) if select else with_conditions(active)
+
+
+def _located(prepared: Prepared, state: State) -> State:
+    """The state with foot points where the truth has no locations: a family that only approximates the true curve."""
+    return state if np.isfinite(state.location).all() else search_locations(prepared, state)
 
 
 def _with_needed(
-    solve: Callable[[BoolArray], ConditionedSolution],
-    active: BoolArray,
-    leverage: Callable[[ConditionedSolution], FloatArray],
-    select: bool,
+    solve: Callable[[BoolArray], ConditionedSolution], gauge: CoefficientRows
 ) -> ConditionedSolution:
     """The solution with no more conditions than needed, by the rules of the adjustment."""
+    active = np.ones(len(gauge), dtype=bool)
     best = solve(active)
-    if not select or not len(active):
-        return best
-    for _ in range(ROUNDS):
+    for _ in range(ROUNDS if len(gauge) else 0):
         if best.solution.factor is None:
             break
-        keep = needed_conditions(active, leverage(best))
+        keep = kept_conditions(gauge, active, best)
         if np.array_equal(keep, active):
             break
         found = solve(keep)
@@ -135,6 +135,8 @@ def redundancy_summary(result: AdjustmentResult) -> tuple[RedundancySummary, ...
     kinds: list[tuple[str, FloatArray]] = [
         ("points, x and y", result.point_residuals.redundancy.ravel()),
         ("points on splines, across", result.curve_residuals.redundancy[:, 0]),
+        ("arc lengths", result.arc_residuals.redundancy),
+        ("tangents", result.tangent_residuals.redundancy),
     ]
     priors = result.prior_residuals
     kinds += [

@@ -10,6 +10,7 @@ import pytest
 from splinebba_cli.core.adjustment import adjust
 from splinebba_cli.core.network import Datum
 from splinebba_cli.errors import SingularNetworkError
+from splinebba_cli.simulation.linked_observations import with_arc_lengths, with_tangents
 from splinebba_cli.simulation.noise import Noise
 from splinebba_cli.simulation.prediction import predict, redundancy_summary
 from splinebba_cli.simulation.realization import Design, realize
@@ -85,3 +86,24 @@ def test_minimal_datum() -> None:
     result = predict(Design(free, design.truth))
     sigma = np.sqrt(np.diagonal(result.images.dispersion, axis1=1, axis2=2))
     assert (sigma == 0.0).sum() == 7
+
+
+def test_circles_keep_their_shape_conditions() -> None:
+    """A circle in four images: conditions of shape and gauge as an adjustment has them, σ of the radius like its."""
+    design = kind_design("circle-three-ways", 0.005)
+    predicted = predict(design).statistics
+    assert predicted.redundancy == pytest.approx(predicted.sum_redundancy_numbers, abs=1e-6)
+    found = adjust(realize(design, Noise(start_position_m=0.1, start_knots_m=0.05), 3).network).statistics
+    assert (predicted.conditions, predicted.redundancy) == (found.conditions, found.redundancy)
+
+
+def test_arc_lengths_and_tangents_are_summed_up() -> None:
+    design = kind_design("six-image", 0.005)
+    network = with_tangents(
+        with_arc_lengths(design.network, design.truth, 0.007, None), design.truth, 0.01, None
+    )
+    kinds = {
+        summary.kind: summary for summary in redundancy_summary(predict(replace(design, network=network)))
+    }
+    assert kinds["arc lengths"].count == len(network.arc_lengths)
+    assert 0.9 < kinds["tangents"].mean < 1.0  # an angle of 0.6° says little beside points of 5 µm

@@ -39,7 +39,7 @@ def leverage_of(rows: CoefficientRows, assembler: Assembler, solution: Solution)
     return np.asarray(np.einsum("qi,qij,qj->q", j, window.gather(values), j, optimize=True))
 
 
-def _needed(gauge: CoefficientRows, active: BoolArray, best: ConditionedSolution) -> BoolArray:
+def kept_conditions(gauge: CoefficientRows, active: BoolArray, best: ConditionedSolution) -> BoolArray:
     """Which conditions to keep; jointly for curves that can be parametrised anew as a whole."""
     keep = needed_conditions(active, leverage_of(gauge, best.assembler, best.solution))
     curves = best.assembler.prepared.network.curves
@@ -85,7 +85,7 @@ def solve_with_conditions(
     for _ in range(ROUNDS):
         if not best.solution.converged:
             break
-        keep = _needed(gauge, active, best)
+        keep = kept_conditions(gauge, active, best)
         if np.array_equal(keep, active):
             break
         chosen = np.flatnonzero(keep)
