@@ -55,10 +55,10 @@ def main() -> None:
 def _words() -> dict[str, str]:
     """What the page says in words: the introduction under "", and a paragraph for each experiment."""
     parts = re.split(r"^<!-- (\w+) -->$", WORDS.read_text(encoding="utf-8"), flags=re.MULTILINE)
-    return {"": parts[0].strip(), **{name: text.strip() for name, text in pairwise_of(parts[1:])}}
+    return {"": parts[0].strip(), **{name: text.strip() for name, text in _pairs(parts[1:])}}
 
 
-def pairwise_of(parts: list[str]) -> list[tuple[str, str]]:
+def _pairs(parts: list[str]) -> list[tuple[str, str]]:
     """Names and texts that follow each other."""
     return list(zip(parts[::2], parts[1::2], strict=True))
 

@@ -1,7 +1,7 @@
 """adjust(network): approximate values, staged estimation, quality, in order.
 
-Stages keep wrong starts out of false minima (theory, section 6): what the points alone determine comes first, then
-the curves with the orientations held, then everything together.
+Stages keep wrong starts out of false minima (theory, section 6): what the points alone determine comes first (without
+points: the control splines), then the curves with the orientations held, then everything together.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from splinebba_cli.core.approximation.control_network import control_network, known_curves
 from splinebba_cli.core.approximation.curve_refinement import calmed, refine_curves
 from splinebba_cli.core.approximation.starting_values import starting_state
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution, solve_with_conditions
@@ -22,14 +23,15 @@ from splinebba_cli.core.network import ArcLengths, CurveObservations, KnotPolicy
 from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
 from splinebba_cli.core.observations.shape_conditions import control_rows
 from splinebba_cli.core.observations.structural_locations import structural_state
-from splinebba_cli.core.quality.determinacy import require_determined, require_rank
+from splinebba_cli.core.quality.determinacy import require_determined, require_rank, weak_images
 from splinebba_cli.core.quality.evaluation import Adjusted, evaluate
 from splinebba_cli.core.result import AdjustmentResult, Iteration, Problem
-from splinebba_cli.core.state import Prepared, State, prepare
-from splinebba_cli.errors import NotConvergedError
+from splinebba_cli.core.state import Prepared, State, initial_coefficients, prepare
+from splinebba_cli.errors import NotConvergedError, SingularNetworkError
 
 CURVE_DAMPING = 1e-3  # starting value where curves are adjusted
 POINTS_NEEDED = 3
+CONTROL_POINTS_NEEDED = 7  # measured points of control splines in every image: one more than its unknowns
 CALMING_ROUNDS = 4
 PATIENCE = 4  # times the iterations for the last attempt
 REFINEMENT_ROUNDS = 2
@@ -92,9 +94,36 @@ def _staged(prepared: Prepared, state: State, record: Observer) -> tuple[Prepare
             return prepared, state
         after = solution.state
         state = replace(state, rotation=after.rotation, position=after.position, xyz=after.xyz)
-    elif network.settings.knots == KnotPolicy():
-        return prepared, state
+    else:
+        state = _oriented_by_control(prepared, state, record)
+        if network.settings.knots == KnotPolicy():
+            return prepared, state
     return refine_curves(prepared, state, record)
+
+
+def _oriented_by_control(prepared: Prepared, state: State, record: Observer) -> State:
+    """The state with orientations from the control splines alone, where these determine every image; else as it is.
+
+    A tie spline whose approximate shape is as wrong as the orientations would only hold them where they are.
+    """
+    network, known = prepared.network, known_curves(prepared.network)
+    free = (network.images.prior_sigma != 0.0).any(axis=1)
+    seen = np.bincount(
+        network.curve_observations.image[known[network.curve_observations.curve]], minlength=len(free)
+    )
+    if known.all() or not free.any() or (seen[free] < CONTROL_POINTS_NEEDED).any():
+        return state
+    part, rows = control_network(network)
+    alone = prepare(part)
+    begin = replace(state, coefficients=initial_coefficients(alone), location=state.location[rows])
+    try:
+        solved = _solve(alone, begin, record, "control", patience=PATIENCE)
+    except (FloatingPointError, SingularNetworkError):  # named by the joint adjustment
+        return state
+    if not solved.solution.converged or weak_images(alone, solved):
+        return state
+    after = solved.solution.state
+    return replace(state, rotation=after.rotation, position=after.position)
 
 
 def points_only(network: Network) -> Network:

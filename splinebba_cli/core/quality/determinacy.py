@@ -43,9 +43,9 @@ def require_determined(prepared: Prepared, solved: ConditionedSolution) -> None:
         if problems:
             raise SingularNetworkError(problems)
     if not solution.converged:
-        weak = _weak_images(prepared, solved) or _weak_by_design(prepared, solved)
+        weak = weak_images(prepared, solved) or _weak_by_design(prepared, solved)
         raise NotConvergedError([*weak, _not_converged(prepared, solution)])
-    weak = _weak_images(prepared, solved)
+    weak = weak_images(prepared, solved)
     if weak:
         raise SingularNetworkError(weak)
 
@@ -140,7 +140,8 @@ def _meaningless(sigma: FloatArray, distance: FloatArray) -> IntArray:
     return np.flatnonzero(far)
 
 
-def _weak_images(prepared: Prepared, solved: ConditionedSolution) -> list[Problem]:
+def weak_images(prepared: Prepared, solved: ConditionedSolution) -> list[Problem]:
+    """Images of a solution that are determined on paper only, none where there is no factor."""
     solution = solved.solution
     if solution.factor is None:
         return []

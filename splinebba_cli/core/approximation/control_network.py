@@ -1,0 +1,61 @@
+"""The part of a network that orients its images without anything unknown: control splines, and points as they are."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from splinebba_cli.core.network import BoolArray, CurveObservations, IntArray, Network
+
+
+def known_curves(network: Network) -> BoolArray:
+    """Which curves have all their values held, (nc,)."""
+    return np.array([bool((curve.sigma == 0.0).all()) for curve in network.curves], dtype=bool)
+
+
+def control_network(network: Network) -> tuple[Network, IntArray]:
+    """The network without its curves that are not wholly known, and the measured curve points that stay, (n,).
+
+    Arc lengths and tangents at points that stay go with them.
+    """
+    known = known_curves(network)
+    observed, arcs, tangents = network.curve_observations, network.arc_lengths, network.tangents
+    rows = np.flatnonzero(known[observed.curve])
+    curve_number, row_number = np.cumsum(known) - 1, np.full(len(observed), -1)
+    row_number[rows] = np.arange(len(rows))
+    kept_arcs, kept_tangents = row_number[arcs.first] >= 0, row_number[tangents.point] >= 0
+    return (
+        replace(
+            network,
+            curves=tuple(curve for curve, keep in zip(network.curves, known, strict=True) if keep),
+            curve_observations=CurveObservations(
+                observed.image[rows],
+                curve_number[observed.curve[rows]].astype(np.int64),
+                observed.photo_xy[rows],
+                observed.sigma[rows],
+                observed.location[rows],
+                observed.segment[rows],
+            ),
+            arc_lengths=replace(
+                arcs,
+                first=row_number[arcs.first[kept_arcs]],
+                second=row_number[arcs.second[kept_arcs]],
+                length=arcs.length[kept_arcs],
+                sigma=arcs.sigma[kept_arcs],
+                simpson=arcs.simpson[kept_arcs],
+                group=None,
+                group_names=(),
+            ),
+            tangents=replace(
+                tangents,
+                point=row_number[tangents.point[kept_tangents]],
+                direction=tangents.direction[kept_tangents],
+                sigma=tangents.sigma[kept_tangents],
+                directed=tangents.directed[kept_tangents],
+                group=None,
+                group_names=(),
+            ),
+        ),
+        rows,
+    )
