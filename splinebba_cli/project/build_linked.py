@@ -12,6 +12,7 @@ from splinebba_cli.project.build_cameras import PhotoFrame
 from splinebba_cli.project.build_context import Building
 from splinebba_cli.project.build_images import ANGLE_FACTORS, ImageRows
 from splinebba_cli.project.build_observations import ObservationRows
+from splinebba_cli.project.diagnostics import Place
 from splinebba_cli.project.model_observations import ArcLengthGroup, TangentGroup
 from splinebba_cli.project.table_reader import Wanted
 from splinebba_cli.project.tables import Table
@@ -57,6 +58,13 @@ class Marks:
                 row_number += 1
         return cls(number, rows.image, building)
 
+    def image_of(self, point: IntArray) -> IntArray:
+        """Image of measured points, (n,); -1 where there is none."""
+        known = point >= 0
+        out = np.full(len(point), -1, dtype=np.int64)
+        out[known] = self.image[point[known]]
+        return out
+
     def points(self, table: Table, column: str) -> IntArray:
         """Measured points that a column of marks names, (n,); -1 (and an error) where there is none."""
         columns = (table.texts("image"), table.texts("spline"), table.texts(column))
@@ -78,23 +86,25 @@ def read_arc_lengths(
     building: Building, images: ImageRows, marks: Marks, frames: list[PhotoFrame], renumbered: IntArray
 ) -> ArcLengths:
     """All arc lengths; `renumbered` maps measured points to those kept, -1 for those left out."""
-    parts, names = [], []
+    parts, names, tables = [], [], []
     for number, group in enumerate(building.model.observations.arc_lengths):
         path: YamlPath = ("observations", "arc_lengths", number)
         table = building.reader.read(group, path, _ARCS)
         if table is None:
             continue
         first, second = marks.points(table, "from"), marks.points(table, "to")
-        _check_links(table, first, second, building)
-        factor = _mm_per_unit(group, marks.image[first], images, frames, path, building)
+        image = marks.image_of(first)
+        factor = _mm_per_unit(group, image, images, frames, path, building)
         length = table.numbers("length") * factor
         _check_positive(table, length, building)
-        sigma = _length_sigma(group, table, marks.image[first], images, frames, path, building)
+        sigma = _length_sigma(group, table, image, images, frames, path, building)
         parts.append((first, second, length, sigma, np.full(table.rows, group.method == "simpson")))
+        tables.append(table)
         names.append(group.name or group.table or f"arc_lengths[{number}]")
     if not parts:
         return ArcLengths.none()
     first, second, length, sigma, simpson = (np.concatenate(column) for column in zip(*parts, strict=True))
+    _check_links(tables, first, second, building)
     kept = (first >= 0) & (second >= 0)
     kept[kept] = renumbered[first[kept]] >= 0
     return ArcLengths(
@@ -107,7 +117,7 @@ def read_tangents(
     building: Building, images: ImageRows, marks: Marks, frames: list[PhotoFrame], renumbered: IntArray
 ) -> Tangents:
     """All tangents; parameters as for arc lengths."""
-    parts, names = [], []
+    parts, names, tables = [], [], []
     for number, group in enumerate(building.model.observations.tangents):
         path: YamlPath = ("observations", "tangents", number)
         table = building.reader.read(group, path, _TANGENTS)
@@ -119,15 +129,16 @@ def read_tangents(
             building.collector.error("SBB202", "directions without a unit", building.source.place(path), help)
             unit = "deg"
         point = marks.points(table, "at")
-        _check_once(table, point, "at", "two tangents at one measured point", building)
         direction = table.numbers("direction") * ANGLE_FACTORS[unit]
         sigma = _sigma_column(group.sigma, table, "sigma", path, building) * ANGLE_FACTORS[unit]
-        turned = _in_photo(direction, group, marks.image[point], images, frames)
+        turned = _in_photo(direction, group, marks.image_of(point), images, frames)
         parts.append((point, turned, sigma, np.full(table.rows, group.directed)))
+        tables.append(table)
         names.append(group.name or group.table or f"tangents[{number}]")
     if not parts:
         return Tangents.none()
     point, direction, sigma, directed = (np.concatenate(column) for column in zip(*parts, strict=True))
+    _check_once(tables, point, "at", "two tangents at one measured point", building)
     kept = point >= 0
     kept[kept] = renumbered[point[kept]] >= 0
     return Tangents(
@@ -140,13 +151,22 @@ def _group_numbers(parts: Sequence[tuple[Sized, ...]]) -> IntArray:
     return np.concatenate([np.full(len(part[0]), k, dtype=np.int64) for k, part in enumerate(parts)])
 
 
-def _check_links(table: Table, first: IntArray, second: IntArray, building: Building) -> None:
-    """A chain runs from point to point: no forks, no rings, no arc from a point to itself."""
+def _place(tables: Sequence[Table], row: int, column: str) -> Place:
+    """Where a row of all tables under each other stands."""
+    for table in tables:
+        if row < table.rows:
+            return table.place_of(row, column)
+        row -= table.rows
+    raise IndexError(row)
+
+
+def _check_links(tables: Sequence[Table], first: IntArray, second: IntArray, building: Building) -> None:
+    """A chain runs from point to point, through all groups: no forks, no rings, no arc from a point to itself."""
     for row in np.flatnonzero((first == second) & (first >= 0))[:1]:
         message = "an arc length from a measured point to itself"
-        building.collector.error("SBB209", message, table.place_of(int(row), "to"))
-    _check_once(table, first, "from", "two arc lengths begin at one measured point", building)
-    _check_once(table, second, "to", "two arc lengths end at one measured point", building)
+        building.collector.error("SBB209", message, _place(tables, int(row), "to"))
+    _check_once(tables, first, "from", "two arc lengths begin at one measured point", building)
+    _check_once(tables, second, "to", "two arc lengths end at one measured point", building)
     links = [(a, b) for a, b in zip(first.tolist(), second.tolist(), strict=True) if a >= 0 and a != b]
     following = dict(links)
     for start in set(following) - {b for _, b in links}:
@@ -154,14 +174,16 @@ def _check_links(table: Table, first: IntArray, second: IntArray, building: Buil
             start = following.pop(start)
     if following and len({a for a, _ in links}) == len(links) == len({b for _, b in links}):
         help = "leave one of them out: the last one says nothing new"
-        building.collector.error("SBB209", "arc lengths close a ring", table.place_of(0, "from"), help)
+        building.collector.error("SBB209", "arc lengths close a ring", _place(tables, 0, "from"), help)
 
 
-def _check_once(table: Table, point: IntArray, column: str, message: str, building: Building) -> None:
+def _check_once(
+    tables: Sequence[Table], point: IntArray, column: str, message: str, building: Building
+) -> None:
     known = np.flatnonzero(point >= 0)
     _, first_row = np.unique(point[known], return_index=True)
     for row in np.setdiff1d(known, known[first_row])[:1]:
-        building.collector.error("SBB302", message, table.place_of(int(row), column))
+        building.collector.error("SBB302", message, _place(tables, int(row), column))
 
 
 def _check_positive(table: Table, length: FloatArray, building: Building) -> None:

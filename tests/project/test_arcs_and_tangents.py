@@ -137,6 +137,35 @@ def test_a_mistake_has_its_place(
     ), [(d.code, d.message, d.line, d.column) for d in found]
 
 
+def errors_of(folder: Path, text: str) -> list[tuple[str, int | None]]:
+    path = folder / "project.yaml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ProjectError) as caught:
+        load_project(path)
+    return [(d.message, d.line) for d in caught.value.diagnostics if d.severity == "error"]
+
+
+def test_groups_together_make_the_chains(tmp_path: Path) -> None:
+    """A fork, a ring or a second tangent through two groups is one, too."""
+    more = ARCS.split("\n", 1)[1]
+    base = HEAD.replace("CAMERA", "photo_mm") + ARCS
+    fork = more.replace("        a coast q r 2.02\n        b coast p q 3.01\n", "")
+    assert any("two arc lengths begin" in m and line == 30 for m, line in errors_of(tmp_path, base + fork))
+    ring = fork.replace("p q 2.01", "r p 2.01")
+    assert any(
+        "close a ring" in m
+        for m, _ in errors_of(tmp_path, base.replace("        b coast p q 3.01\n", "") + ring)
+    )
+    twice = base + TANGENTS + TANGENTS.split("\n", 1)[1]
+    assert any("two tangents" in m for m, _ in errors_of(tmp_path, twice))
+
+
+def test_without_any_measured_point_on_splines(tmp_path: Path) -> None:
+    begin = HEAD.index("  spline_points:")
+    text = HEAD[:begin].replace("CAMERA", "photo_mm") + ARCS + TANGENTS
+    assert errors_of(tmp_path, text)
+
+
 def test_a_network_is_written_and_read_back(tmp_path: Path) -> None:
     network, truth = simulate_block("six-image-mixed", seed=2)
     generator = np.random.default_rng(3)
