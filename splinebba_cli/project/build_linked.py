@@ -10,6 +10,7 @@ import numpy as np
 from splinebba_cli.core.network import ArcLengths, FloatArray, IntArray, Tangents
 from splinebba_cli.project.build_cameras import PhotoFrame
 from splinebba_cli.project.build_context import Building
+from splinebba_cli.project.build_curves import CurveRows
 from splinebba_cli.project.build_images import ANGLE_FACTORS, ImageRows
 from splinebba_cli.project.build_observations import ObservationRows
 from splinebba_cli.project.diagnostics import Place
@@ -33,10 +34,11 @@ class Marks:
 
     number: dict[Key, int]
     image: IntArray  # (n,)
+    family: tuple[str, ...]  # (n,) of the curve of every measured point, empty where it could not be built
     building: Building
 
     @classmethod
-    def of(cls, rows: ObservationRows, building: Building) -> Marks:
+    def of(cls, rows: ObservationRows, curves: CurveRows, building: Building) -> Marks:
         """Marks of all measured points; those without a column `mark` are counted for each image and spline."""
         number: dict[Key, int] = {}
         counted: dict[tuple[str, str], int] = {}
@@ -56,7 +58,9 @@ class Marks:
                     )
                 number[(*pair, mark)] = row_number
                 row_number += 1
-        return cls(number, rows.image, building)
+        families = [curve.family for curve in curves.curves]
+        family = tuple(families[k] if k >= 0 else "" for k in rows.feature.tolist())
+        return cls(number, rows.image, family, building)
 
     def image_of(self, point: IntArray) -> IntArray:
         """Image of measured points, (n,); -1 where there is none."""
@@ -139,6 +143,10 @@ def read_tangents(
         return Tangents.none()
     point, direction, sigma, directed = (np.concatenate(column) for column in zip(*parts, strict=True))
     _check_once(tables, point, "at", "two tangents at one measured point", building)
+    for row in np.flatnonzero([k >= 0 and marks.family[k] == "polynomial_0" for k in point.tolist()])[:1]:
+        building.collector.error(
+            "SBB209", "a tangent at a curve that is a point", _place(tables, int(row), "at")
+        )
     kept = point >= 0
     kept[kept] = renumbered[point[kept]] >= 0
     return Tangents(

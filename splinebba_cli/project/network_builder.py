@@ -69,7 +69,7 @@ def build_network(building: Building) -> Network | None:
     built_images = build_images(images, origin, building)
     arc_lengths, tangents = ArcLengths.none(), Tangents.none()
     if _links(building):
-        marks = Marks.of(on_curves, building)
+        marks = Marks.of(on_curves, curves, building)
         numbers = kept_rows(on_curves, _renumbered(kept_curves))
         arc_lengths = read_arc_lengths(building, images, marks, frames, numbers)
         tangents = read_tangents(building, images, marks, frames, numbers)

@@ -160,6 +160,15 @@ def test_groups_together_make_the_chains(tmp_path: Path) -> None:
     assert any("two tangents" in m for m, _ in errors_of(tmp_path, twice))
 
 
+def test_a_point_has_no_direction(tmp_path: Path) -> None:
+    knots = "knots: [[0, 0, 0], [100, 10, 5], [200, 20, 0]]"
+    text = (
+        HEAD.replace("CAMERA", "photo_mm").replace(knots, "family: polynomial_0, knots: [[0, 0, 0]]")
+        + TANGENTS
+    )
+    assert any("that is a point" in m for m, _ in errors_of(tmp_path, text))
+
+
 def test_without_any_measured_point_on_splines(tmp_path: Path) -> None:
     begin = HEAD.index("  spline_points:")
     text = HEAD[:begin].replace("CAMERA", "photo_mm") + ARCS + TANGENTS
