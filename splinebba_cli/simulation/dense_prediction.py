@@ -12,6 +12,7 @@ import numpy as np
 
 from splinebba_cli.core.estimation.design_matrix import design_matrix
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
+from splinebba_cli.core.estimation.numerical_rank import rounding_limit, scaled_columns
 from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.core.observations.along_curve import along_rows
@@ -21,8 +22,6 @@ from splinebba_cli.core.quality.orientation_dispersion import eop_transform
 from splinebba_cli.core.state import State, prepare
 from splinebba_cli.simulation.realization import Design
 from splinebba_cli.simulation.truth import at_truth, true_state
-
-ZERO = 1e-13  # of the largest singular value, columns of unit length
 
 
 @dataclass(frozen=True)
@@ -88,11 +87,10 @@ def _cofactors(matrix: FloatArray) -> tuple[FloatArray, int, float]:
     """Pseudo-inverse of A'A, rank, and the smallest singular value that counts."""
     if not matrix.shape[1]:
         return np.zeros((0, 0)), 0, 1.0
-    scale = np.linalg.norm(matrix, axis=0)
-    scale = np.where(scale > 0.0, scale, 1.0)
-    _, singular, right = np.linalg.svd(matrix / scale, full_matrices=False)
-    used = singular > ZERO * singular[0]
-    root = (right[used] / singular[used, None]) / scale
+    scaled, reached = scaled_columns(matrix)
+    _, singular, right = np.linalg.svd(scaled, full_matrices=False)
+    used = singular > rounding_limit(matrix.shape[1])
+    root = (right[used] / singular[used, None]) / np.where(reached, np.linalg.norm(matrix, axis=0), 1.0)
     return root.T @ root, int(used.sum()), float(singular[used][-1] / singular[0])
 
 

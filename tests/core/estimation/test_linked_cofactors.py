@@ -6,9 +6,11 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pytest
 
 from splinebba_cli.core.estimation.normal_equations import Linearization
 from splinebba_cli.core.network import FloatArray
+from splinebba_cli.core.observations.along_curve import along_rows
 from splinebba_cli.core.quality.cofactors import Cofactors
 from splinebba_cli.core.quality.linked_cofactors import linked_cofactors
 from splinebba_cli.core.quality.location_precision import location_cofactors
@@ -120,11 +122,19 @@ def spread(window, chain: int, row: FloatArray) -> FloatArray:  # type: ignore[n
 
 
 def test_location_cofactors_of_single_points() -> None:
-    """The formula of a chain of one, without observations that link, equals that of single points."""
-    cofactors, _, at = system()
-    network = cofactors.assembler.prepared.network
+    """The equation along the curve gives the location: its variance by the dense inverse; none where it is held."""
+    cofactors, inverse, at = system()
+    prepared, layout = cofactors.assembler.prepared, cofactors.assembler.layout
     variance = location_cofactors(cofactors, linked_cofactors(cofactors))
-    single = np.flatnonzero(~cofactors.assembler.prepared.chains.linked)
-    assert (variance[np.setdiff1d(single, at.held)] > 0.0).all()
-    assert (variance[np.intersect1d(single, at.held)] == 0.0).all()
-    assert len(variance) == len(network.curve_observations)
+    single = np.flatnonzero(~prepared.chains.linked)
+    free = np.setdiff1d(single, at.held)
+    assert len(free) >= 5 and (variance[np.intersect1d(single, at.held)] == 0.0).all()
+    along = along_rows(prepared, at.state, free)
+    image = prepared.network.curve_observations.image[free]
+    unknown = layout.unknown_of_coefficient[prepared.curves.columns[along.segment]]
+    for k, point in enumerate(free):
+        row = np.zeros(len(inverse))
+        row[6 * image[k] + np.arange(6)] = along.orientation[k]
+        np.add.at(row, unknown[k][:, None] + np.arange(3), along.coefficients[k])
+        expected = (1.0 + row @ inverse @ row) / along.slope[k] ** 2
+        assert variance[point] == pytest.approx(expected, rel=1e-6)
