@@ -16,7 +16,9 @@ ORDER = (
     "ProjectInfo", "Camera", "Distortion", "Affinity", "Image", "Orientation", "PriorOrientation",
     "OrientationSigma", "ImageTable", "Spline", "Held", "NumberTable", "SplineTable", "Point", "PointTable",
     "Observations", "SplineGroup", "PointGroup", "ArcLengthGroup", "TangentGroup",
-    "Adjustment", "Knots", "Acceptance", "Simulation",
+    "Adjustment", "Knots",
+    "LocalTests",
+    "Outliers", "Acceptance", "Simulation",
 )  # fmt: skip
 
 Schema = dict[str, Any]

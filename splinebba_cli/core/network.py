@@ -14,13 +14,15 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from splinebba_cli.core.settings import LocalTesting, OutlierPolicy, WeightPolicy
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 RotationSequence = Literal["omega-phi-kappa", "phi-omega-kappa"]
 Role = Literal["control", "partial", "tie", "check"]
-Datum = Literal["control", "minimal"]
+Datum = Literal["control", "minimal", "inner"]
 
 
 @dataclass(frozen=True)
@@ -205,6 +207,11 @@ class Settings:
     scale_dispersion: bool = True  # multiply the dispersion by the estimated variance of unit weight
     staged: bool = True  # orientation from points first, then curves, then all together
     knots: KnotPolicy = field(default_factory=KnotPolicy)
+    testing: LocalTesting = field(default_factory=LocalTesting)
+    outliers: OutlierPolicy = field(default_factory=OutlierPolicy)
+    weights: WeightPolicy = field(default_factory=WeightPolicy)
+    confidence: float = 0.95  # of confidence ellipses and intervals
+    correlation_threshold: float = 0.95  # beyond which a correlation is named
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from splinebba_cli.core.evidence import Evidence, Revision
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, Network
 
 Severity = Literal["error", "warning", "info"]
@@ -244,4 +245,6 @@ class AdjustmentResult:
     dispersion: DispersionBlocks | None = None
     arc_residuals: ScalarResiduals = field(default_factory=ScalarResiduals.none)
     tangent_residuals: ScalarResiduals = field(default_factory=ScalarResiduals.none)
+    evidence: Evidence = field(default_factory=Evidence)
+    revision: Revision = field(default_factory=Revision)
     timings: dict[str, float] = field(default_factory=dict)

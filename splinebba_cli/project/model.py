@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
+from splinebba_cli.project.model_adjustment import Acceptance, Adjustment, Knots
 from splinebba_cli.project.model_camera import Camera
 from splinebba_cli.project.model_features import PointEntry, SplineEntry
 from splinebba_cli.project.model_images import ImageEntry
@@ -15,7 +16,6 @@ from splinebba_cli.project.scalars import (
     AngleUnit,
     Model,
     OrItsTable,
-    PositiveNumber,
     RotationSequence,
     Text,
     TriplePosition,
@@ -47,70 +47,6 @@ class ProjectInfo(Model):
     local_origin: TriplePosition | None = Field(
         default=None,
         description="Origin of the inner frame, m; default: a rounded one near the control.",
-    )
-
-
-class Knots(Model):
-    """What the program may do with the knots of tie splines."""
-
-    spacing_m: PositiveNumber | None = Field(
-        default=None, description="Space knots to about this distance, m; default: keep."
-    )
-    insert: bool = Field(
-        default=False, description="Insert knots where residuals along a curve are systematic."
-    )
-    drop: bool = Field(default=False, description="Drop knots that no measurement supports.")
-
-
-class Adjustment(Model):
-    """Settings of the adjustment."""
-
-    datum: Literal["control", "minimal"] = Field(
-        default="control", description="control: by control and priors; minimal: seven minimal constraints."
-    )
-    max_iterations: int = Field(default=50, ge=1, le=10_000, description="Largest number of iterations.")
-    alpha: PositiveNumber = Field(default=0.05, lt=1, description="Level of significance of the tests.")
-    sigma0_prior: PositiveNumber = Field(
-        default=1.0, description="A-priori standard deviation of unit weight."
-    )
-    gauge_sigma_m: PositiveNumber | None = Field(
-        default=None,
-        description=(
-            "σ of the gauge conditions along curves, m; default: a tenth of the mean knot distance for natural and "
-            "cardinal splines and lines, a thousandth of it (conics, Fourier: of the radius) for other families."
-        ),
-    )
-    gauge_conditions: Literal["needed", "all"] = Field(
-        default="needed",
-        description="needed: conditions are dropped where the measurements determine the place along the curve; "
-        "all: every condition stays (knots that the program spaces itself always keep theirs).",
-    )
-    scale_dispersion: bool = Field(
-        default=True, description="Whether standard deviations are multiplied by σ̂₀."
-    )
-    staged: bool = Field(
-        default=True, description="Orientation from points first, then curves, then all together."
-    )
-    knots: Knots = Field(default_factory=Knots, description="Policy for the knots of tie splines.")
-
-
-class Acceptance(Model):
-    """What a result must satisfy; a violation ends `adjust` with exit code 1, the results are written."""
-
-    global_test: bool = Field(
-        default=False, description="The χ² test of the variance of unit weight must pass."
-    )
-    max_sigma0: PositiveNumber | None = Field(
-        default=None, description="Largest σ̂₀ (in units of sigma0_prior's unit weight)."
-    )
-    max_check_rmse_m: PositiveNumber | None = Field(
-        default=None, description="Largest root mean square difference at check points in X, Y or Z, m."
-    )
-    max_check_spline_rms_m: PositiveNumber | None = Field(
-        default=None, description="Largest root mean square distance across any check spline, m."
-    )
-    max_position_sigma_m: PositiveNumber | None = Field(
-        default=None, description="Largest σ of a coordinate of any perspective centre, m."
     )
 
 

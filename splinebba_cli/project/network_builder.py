@@ -12,10 +12,8 @@ from splinebba_cli.core.network import (
     BoolArray,
     FloatArray,
     IntArray,
-    KnotPolicy,
     Network,
     Points,
-    Settings,
     Tangents,
 )
 from splinebba_cli.project.build_cameras import build_cameras
@@ -31,7 +29,7 @@ from splinebba_cli.project.build_observations import (
     read_observations,
 )
 from splinebba_cli.project.build_points import PointRows, read_points
-from splinebba_cli.project.model import Adjustment
+from splinebba_cli.project.build_settings import settings_of
 from splinebba_cli.project.semantic_checks import (
     check_extent,
     check_features_seen,
@@ -175,22 +173,3 @@ def local_origin(building: Building, images: ImageRows, points: PointRows, curve
                 return np.zeros(3)
             return np.asarray(np.round(np.median(rows, axis=0) / ORIGIN_STEP_M) * ORIGIN_STEP_M + 0.0)
     return np.zeros(3)
-
-
-def settings_of(adjustment: Adjustment) -> Settings:
-    """Settings of the core."""
-    return Settings(
-        datum=adjustment.datum,
-        sigma0_prior=adjustment.sigma0_prior,
-        alpha=adjustment.alpha,
-        max_iterations=adjustment.max_iterations,
-        gauge_sigma_m=adjustment.gauge_sigma_m,
-        gauge_conditions=adjustment.gauge_conditions,
-        scale_dispersion=adjustment.scale_dispersion,
-        staged=adjustment.staged,
-        knots=KnotPolicy(
-            spacing_m=adjustment.knots.spacing_m,
-            insert=adjustment.knots.insert,
-            drop=adjustment.knots.drop,
-        ),
-    )

@@ -1,0 +1,194 @@
+"""What the quality control found: plain data, in the units of the observations that it is about."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from splinebba_cli.core.network import FloatArray
+from splinebba_cli.core.settings import Multiplicity, TestStatistic
+
+ObservationKind = Literal[
+    "point", "spline", "arc length", "tangent", "distance",
+    "control point", "control spline", "eop prior",
+]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class LocalTests:
+    """Significance and power that all local tests share."""
+
+    statistic: TestStatistic
+    alpha: float  # as the user gives it: of one test, or of all of them together
+    multiplicity: Multiplicity
+    alpha_single: float  # of one test
+    power: float
+    tests: int  # number of tested observations
+    critical: float  # of |w| or |tau|
+    noncentrality: float  # delta0(alpha, beta): an MDB moves w by this
+    beyond: int  # observations beyond the critical value
+
+
+@dataclass(frozen=True)
+class Influence:
+    """An observation whose undetected error does most harm (external reliability)."""
+
+    kind: ObservationKind
+    row: int  # of the observations of its kind
+    name: str  # "image `3`, spline `road`, across"
+    redundancy: float
+    minimal_detectable_bias: float  # mm, rad or m
+    unit: Literal["mm", "rad", "m"]
+    bias_to_noise: (
+        float  # delta0 sqrt((1 - r) / r): bound on the effect in sigmas of any function of the unknowns
+    )
+    position_m: float  # largest effect on a perspective centre
+    position_image: str  # of which image
+    angle_rad: float  # largest effect on an angle
+    angle_image: str
+    object_m: float  # largest effect on a point or knot across its curve
+    object_name: str  # "point `p12`", "spline `road`"
+
+
+@dataclass(frozen=True)
+class GroupTest:
+    """Test of a whole group of observations against one common error."""
+
+    kind: Literal["chain", "control spline", "control point"]
+    name: str  # "image `3` on spline `road`"
+    model: str  # "shift across", "shift (3)"
+    observations: int
+    parameters: int
+    estimate: FloatArray  # (parameters,) estimated common error; mm or m
+    sigma: FloatArray  # (parameters,)
+    unit: Literal["mm", "m"]
+    statistic: float  # chi-square of `parameters` degrees of freedom
+    critical: float
+    passed: bool
+    minimal_detectable: float  # smallest detectable common error in its best determined direction; mm or m
+
+
+@dataclass(frozen=True)
+class Rejection:
+    """One decision of the outlier search; a returned observation stays in the log."""
+
+    kind: ObservationKind
+    row: int  # of the observations of its kind, in the project's order
+    name: str
+    round: int
+    reason: str  # "w = 6.1 beyond 3.29", "weight 0.003 of tukey"
+    statistic: float  # w or tau when it was rejected
+    predicted: float  # w of the rejected observation against the last solution
+    residual: float  # mm, rad or m: adjusted - measured, not taking part
+    returned: bool = False
+
+
+@dataclass(frozen=True)
+class Revision:
+    """What the outlier search did; factors of the weights are 1 where nothing was done, 0 where rejected."""
+
+    method: str = "none"
+    start: str = "least_squares"
+    rounds: int = 0
+    rejections: tuple[Rejection, ...] = ()
+    point_weights: FloatArray | None = None  # (n,) factors of the weights; None: all 1
+    curve_weights: FloatArray | None = None
+    arc_weights: FloatArray | None = None
+    tangent_weights: FloatArray | None = None
+
+    @property
+    def rejected(self) -> int:
+        """Number of observations that take no part."""
+        return sum(not rejection.returned for rejection in self.rejections)
+
+
+@dataclass(frozen=True)
+class VarianceComponent:
+    """Variance of unit weight of one group of observations (Foerstner 1979; Helmert)."""
+
+    group: str
+    kind: ObservationKind
+    observations: int
+    redundancy: float
+    sigma0: float  # a posteriori over a priori sigma of the group, with the weights used
+    sigma0_sigma: float  # its own standard deviation
+    factor: float  # by which the given sigma of the group was multiplied in this adjustment
+    statistic: float  # chi-square of `redundancy` degrees of freedom
+    lower: float
+    upper: float
+    passed: bool
+
+
+@dataclass(frozen=True)
+class SystematicEffect:
+    """One test for an effect that single residuals do not show."""
+
+    kind: Literal["image mean", "radial trend", "tangential trend", "grid", "run along curve", "drift"]
+    subject: str  # "image `3`", "camera `cam`", "spline `road`"
+    estimate: float  # in `unit`
+    unit: str
+    statistic: float
+    critical: float
+    significant: bool
+    observations: int
+    detail: str = ""
+
+
+@dataclass(frozen=True)
+class ResidualGrid:
+    """Mean residual vectors in the cells of the image format, over all images of a camera; mm."""
+
+    camera: str
+    x_edges: FloatArray  # (nx + 1,)
+    y_edges: FloatArray  # (ny + 1,)
+    mean: FloatArray  # (ny, nx, 2), NaN where a cell is not determined
+    sigma: FloatArray  # (ny, nx, 2)
+    count: FloatArray  # (ny, nx)
+
+
+@dataclass(frozen=True)
+class HighCorrelation:
+    """Two unknowns that are determined together only."""
+
+    first: str
+    second: str
+    correlation: float
+
+
+@dataclass(frozen=True)
+class ErrorEllipse:
+    """Confidence figures of a position."""
+
+    kind: Literal["point", "image"]
+    id: str
+    semi_axes_m: FloatArray  # (2,) horizontal standard ellipse, larger first
+    azimuth_rad: float  # of its larger axis, from the Y axis of the object frame clockwise (grid north)
+    ellipsoid_m: FloatArray  # (3,) semi-axes of the standard ellipsoid, larger first
+    ellipsoid_axes: FloatArray  # (3, 3) their unit directions, one a row
+    horizontal_m: float  # radius that holds the horizontal position with the confidence
+    vertical_m: float  # half length of the vertical interval with the confidence
+
+
+@dataclass(frozen=True)
+class Precision:
+    """Precision of positions with a confidence, and what is correlated."""
+
+    confidence: float
+    ellipse_factor: float  # of standard ellipses
+    ellipsoid_factor: float
+    ellipses: tuple[ErrorEllipse, ...] = ()
+    correlations: tuple[HighCorrelation, ...] = ()
+    correlation_threshold: float = 0.95
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """All of it."""
+
+    tests: LocalTests | None = None
+    influences: tuple[Influence, ...] = ()
+    groups: tuple[GroupTest, ...] = ()
+    variance_components: tuple[VarianceComponent, ...] = ()
+    systematic: tuple[SystematicEffect, ...] = ()
+    grids: tuple[ResidualGrid, ...] = ()
+    precision: Precision | None = None

@@ -1,0 +1,1 @@
+"""Observations rejected, weighted anew and brought back: what changes the weights and solves again."""
