@@ -30,23 +30,31 @@ class LocalTests:
 
 
 @dataclass(frozen=True)
+class Reliability:
+    """What an error of an observation must be to be found, and what it does while it is not; inf: never found."""
+
+    minimal_detectable_bias: FloatArray  # unit of the observation; NaN where nothing is observed
+    bias_to_noise: FloatArray  # effect of an MDB on any function of the unknowns in its sigmas, at most
+    orientation_influence: FloatArray  # effect of an MDB on the orientation of its image in sigmas, at most
+
+
+@dataclass(frozen=True)
 class Influence:
-    """An observation whose undetected error does most harm (external reliability)."""
+    """An observation whose undetected error does much harm (external reliability): the effects of one MDB."""
 
     kind: ObservationKind
-    row: int  # of the observations of its kind
-    name: str  # "image `3`, spline `road`, across"
+    name: str  # "image `3` on spline `road`, across"
     redundancy: float
-    minimal_detectable_bias: float  # mm, rad or m
+    minimal_detectable_bias: float  # in `unit`
     unit: Literal["mm", "rad", "m"]
-    bias_to_noise: (
-        float  # delta0 sqrt((1 - r) / r): bound on the effect in sigmas of any function of the unknowns
-    )
+    bias_to_noise: float  # delta0 sqrt((1 - r) / r)
+    orientation: float  # largest effect on the orientation of an image, in its sigmas
+    orientation_image: str  # of which image
     position_m: float  # largest effect on a perspective centre
-    position_image: str  # of which image
-    angle_rad: float  # largest effect on an angle
+    position_image: str
+    angle_rad: float  # largest effect on an attitude
     angle_image: str
-    object_m: float  # largest effect on a point or knot across its curve
+    object_m: float  # largest effect on a point, or on a knot across its curve
     object_name: str  # "point `p12`", "spline `road`"
 
 

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from splinebba_cli.core.evidence import Evidence, Revision
+from splinebba_cli.core.evidence import Evidence, Reliability, Revision
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, Network
 
 Severity = Literal["error", "warning", "info"]
@@ -159,6 +159,7 @@ class ResidualTable:
     location: FloatArray  # (n,) u (points: NaN)
     normal: FloatArray  # (n, 2) unit normal of the projected curve (points: NaN)
     location_sigma: FloatArray  # (n,) of u, 0 where it is held (points: NaN): datum-dependent
+    reliability: Reliability  # (n, 2) each, as `standardized`; mm
 
 
 @dataclass(frozen=True)
@@ -169,11 +170,13 @@ class ScalarResiduals:
     sigma: FloatArray  # (q,)
     redundancy: FloatArray  # (q,) redundancy numbers
     standardized: FloatArray  # (q,) v / (sigma0_prior sqrt(q_vv))
+    reliability: Reliability  # (q,) each
 
     @classmethod
     def none(cls) -> ScalarResiduals:
         """No observations of a kind."""
-        return cls(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0))
+        none = np.zeros(0)
+        return cls(none, none, none, none, Reliability(none, none, none))
 
 
 @dataclass(frozen=True)
@@ -186,6 +189,11 @@ class PriorResidual:
     residual: float  # adjusted - given; m or rad
     sigma: float
     redundancy: float
+    standardized: float = float(
+        "nan"
+    )  # v / (sigma0_prior sqrt(q_vv)); NaN of conditions and where not controlled
+    minimal_detectable_bias: float = float("nan")  # m or rad; NaN of conditions
+    bias_to_noise: float = float("nan")
 
 
 @dataclass(frozen=True)

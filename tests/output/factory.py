@@ -20,6 +20,7 @@ from splinebba_cli.core.network import (
     PointObservations,
     Points,
 )
+from splinebba_cli.core.quality.reliability import reliability
 from splinebba_cli.core.result import (
     AdjustmentResult,
     CheckPoint,
@@ -186,13 +187,15 @@ def _residuals(rng: np.random.Generator, count: int, *, on_curves: bool) -> Resi
             nan,
             np.full((count, 2), np.nan),
             nan,
+            reliability(np.full((count, 2), 0.007), redundancy, 0.5 * (1.0 - redundancy), 4.13),
         )
     redundancy = np.column_stack([rng.uniform(0.5, 0.95, count), np.zeros(count)])
     standardized = np.column_stack([across / (0.007 * np.sqrt(redundancy[:, 0])), nan])
     if count:
         standardized[0, 0] = 4.7
     location, sigma = rng.uniform(0, 4, count), rng.uniform(1e-4, 1e-3, count)
-    return ResidualTable(residual, across, redundancy, standardized, location, normal, sigma)
+    found = reliability(np.full((count, 2), 0.007), redundancy, 0.5 * (1.0 - redundancy), 4.13)
+    return ResidualTable(residual, across, redundancy, standardized, location, normal, sigma, found)
 
 
 def _observations(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from splinebba_cli.core.camera.rotation import rotation_object_from_photo
+from splinebba_cli.core.evidence import Reliability
 from splinebba_cli.core.network import Network
 from splinebba_cli.core.result import (
     AdjustmentResult,
@@ -38,7 +39,8 @@ def result_of(network: Network) -> AdjustmentResult:
         )  # fmt: skip
         curves.append(one)
     xyz = np.nan_to_num(network.points.xyz) + network.origin + 0.125
-    empty = ResidualTable(*[np.zeros((0, 2))] * 7)
+    nothing = np.zeros((0, 2))
+    empty = ResidualTable(*[nothing] * 7, Reliability(nothing, nothing, nothing))
     return AdjustmentResult(
         network, True, "step negligible", (), Statistics(0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, None),
         ImageResult(eop, rotation_object_from_photo(eop[:, :3]), np.zeros((count, 6, 6)), eop > -9e9),

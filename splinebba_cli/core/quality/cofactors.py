@@ -28,6 +28,14 @@ class PointCofactors:
     with_image: FloatArray  # (n_obs, 6, 3) Q_ix of every image point
 
 
+@dataclass(frozen=True)
+class CurveLeverage:
+    """What equations of curve points have to do with the unknowns, in whitened units."""
+
+    own: FloatArray  # (k,) a Q a'
+    orientation: FloatArray  # (k, 6 or 0) Q_ia' of the orientation of their image
+
+
 class Cofactors:
     """Blocks of the inverse of the full normal matrix at the solution."""
 
@@ -55,16 +63,17 @@ class Cofactors:
         mask = self.assembler.layout.coefficient_mask[columns].reshape(len(columns), -1)
         return window.gather(self.values) * mask[:, :, None] * mask[:, None, :]
 
-    def curve_leverage(self, jacobian: FloatArray) -> FloatArray:
-        """J Q J' of rows (k, P) over the windows of the curve points, one for each of their equations, (k,)."""
-        windows = self.solution.linearization.windows
-        leverage = np.zeros(len(jacobian) + 1)
+    def curve_leverage(self, jacobian: FloatArray) -> CurveLeverage:
+        """Leverage of rows (k, P) over the windows of the curve points, one for each of their equations."""
+        windows, size = self.solution.linearization.windows, self.assembler.orientation_size
+        leverage, reached = np.zeros(len(jacobian) + 1), np.zeros((len(jacobian) + 1, size))
         padded = np.concatenate([jacobian, np.zeros((1, jacobian.shape[1]))])
         for groups, rows in windows.groups.batches(jacobian.shape[1] * 2):
             block = padded[rows]
             inner = np.matmul(block, self.values[windows.window.index[groups]])
             leverage[rows] = np.sum(inner * block, axis=2)
-        return leverage[:-1]
+            reached[rows] = inner[:, :, :size]
+        return CurveLeverage(leverage[:-1], reached[:-1])
 
     @cached_property
     def points(self) -> PointCofactors:

@@ -11,6 +11,7 @@ from splinebba_cli.core.estimation.conditioned_solution import ConditionedSoluti
 from splinebba_cli.core.estimation.counts import count_equations
 from splinebba_cli.core.estimation.datum import DATUM_DEFECT
 from splinebba_cli.core.estimation.parameters import layout_of
+from splinebba_cli.core.evidence import Evidence
 from splinebba_cli.core.network import BoolArray, FloatArray, Network
 from splinebba_cli.core.observations.coefficient_rows import GAUGE, SHAPE
 from splinebba_cli.core.quality.arc_findings import arc_findings
@@ -22,17 +23,14 @@ from splinebba_cli.core.quality.curve_results import curve_results
 from splinebba_cli.core.quality.findings import findings
 from splinebba_cli.core.quality.full_dispersion import dispersion_blocks
 from splinebba_cli.core.quality.global_test import global_test
+from splinebba_cli.core.quality.influences import influences
 from splinebba_cli.core.quality.linked_cofactors import linked_cofactors
 from splinebba_cli.core.quality.location_precision import location_cofactors
 from splinebba_cli.core.quality.orientation_dispersion import eop_dispersion, eop_values
-from splinebba_cli.core.quality.redundancy import RedundancyNumbers, redundancy_numbers
-from splinebba_cli.core.quality.residual_tables import (
-    arc_table,
-    curve_table,
-    point_table,
-    prior_residuals,
-    tangent_table,
-)
+from splinebba_cli.core.quality.prior_residuals import prior_residuals
+from splinebba_cli.core.quality.redundancy import RedundancyNumbers, orientation_weights, redundancy_numbers
+from splinebba_cli.core.quality.reliability import delta0_of, local_tests_of
+from splinebba_cli.core.quality.residual_tables import arc_table, curve_table, point_table, tangent_table
 from splinebba_cli.core.result import (
     AdjustmentResult,
     Checks,
@@ -68,7 +66,11 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
     scale = dispersion_scale(network, statistics)
     samples = curve_samples(cofactors, scale)
     locations = np.sqrt(np.maximum(location_cofactors(cofactors, linked) * scale, 0.0))
-    residuals = curve_table(prepared, solved, numbers, locations)
+    conditions = solved.assembler.coefficient_rows.component >= GAUGE
+    delta0 = delta0_of(network.settings.testing, numbers.tested(conditions))
+    residuals = curve_table(prepared, solved, numbers, locations, delta0)
+    on_points = point_table(prepared, solved, numbers, delta0)
+    worst = influences(solved, numbers, orientation_weights(cofactors), residuals, on_points, delta0)
     curves = curve_results(cofactors, samples, residuals, scale)
     state = solution.state
     points = cofactors.points.own * scale
@@ -95,15 +97,16 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
             dispersion=points,
             rays=np.bincount(network.point_observations.point, minlength=len(network.points.ids)),
         ),
-        point_residuals=point_table(prepared, solved, numbers),
+        point_residuals=on_points,
         curve_residuals=residuals,
-        arc_residuals=arc_table(prepared, solved, numbers),
-        tangent_residuals=tangent_table(prepared, solved, numbers),
-        prior_residuals=prior_residuals(prepared, solved, numbers),
+        arc_residuals=arc_table(prepared, solved, numbers, delta0),
+        tangent_residuals=tangent_table(prepared, solved, numbers, delta0),
+        prior_residuals=prior_residuals(prepared, solved, numbers, delta0),
         checks=checks,
         problems=adjusted.problems,
         dispersion=dispersion_blocks(cofactors, scale) if full_dispersion else None,
     )
+    result = replace(result, evidence=Evidence(tests=local_tests_of(result), influences=worst))
     return replace(
         result,
         problems=(

@@ -39,5 +39,5 @@ def location_cofactors(cofactors: Cofactors, linked: LinkedCofactors) -> FloatAr
         local = along.coefficients * layout.coefficient_mask[columns]
         jacobian[part, size:] = local.reshape(len(part), jacobian.shape[1] - size)
         slope[begin : begin + CHUNK] = np.where(along.slope > 0.0, along.slope, np.inf)
-    out[rows] = (1.0 + cofactors.curve_leverage(jacobian)[rows]) / slope**2
+    out[rows] = (1.0 + cofactors.curve_leverage(jacobian).own[rows]) / slope**2
     return out

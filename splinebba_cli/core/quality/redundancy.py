@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from splinebba_cli.core.network import FloatArray
+from splinebba_cli.core.network import BoolArray, FloatArray
 from splinebba_cli.core.quality.cofactors import Cofactors
 from splinebba_cli.core.quality.linked_cofactors import LinkedCofactors
+from splinebba_cli.core.quality.reliability import CONTROLLED
 
 
 @dataclass(frozen=True)
@@ -28,11 +29,19 @@ class RedundancyNumbers:
     orientation_priors: FloatArray  # (q, 6)
     point_priors: FloatArray  # (n_points, 3)
     coefficient_rows: FloatArray  # (q,)
+    curve_orientation: (
+        FloatArray  # (k,) part of the leverage of curve rows that the orientation of the image has
+    )
+    point_orientation: FloatArray  # (n, 2) the same of image points
 
     @property
     def total(self) -> float:
         """Sum over all observations and conditions."""
-        parts = (
+        return float(sum(part.sum() for part in (*self._measured, self.coefficient_rows)))
+
+    @property
+    def _measured(self) -> tuple[FloatArray, ...]:
+        return (
             self.curve_rows,
             self.linked_along,
             self.arc_lengths,
@@ -40,17 +49,22 @@ class RedundancyNumbers:
             self.image_points,
             self.orientation_priors,
             self.point_priors,
-            self.coefficient_rows,
         )
-        return float(sum(part.sum() for part in parts))
+
+    def tested(self, conditions: BoolArray) -> int:
+        """Number of equations whose errors can be found; `conditions` are those among the coefficient rows, (q,)."""
+        parts = (*self._measured, self.coefficient_rows[~conditions])
+        return sum(int((part > CONTROLLED).sum()) for part in parts)
 
 
 def redundancy_numbers(cofactors: Cofactors, linked: LinkedCofactors) -> RedundancyNumbers:
     """Redundancy numbers of all observations from the selected inverse."""
     assembler, at = cofactors.assembler, cofactors.solution.linearization
     network, layout = assembler.prepared.network, assembler.layout
-    curve = 1.0 - cofactors.curve_leverage(at.curve_jacobian[:, :-1])
+    curve = cofactors.curve_leverage(at.curve_jacobian[:, :-1])
     image_points = np.zeros((len(network.point_observations), 2))
+    point_orientation = image_points
+    weights = orientation_weights(cofactors)
     points = cofactors.points
     observed = network.point_observations
     if len(observed):
@@ -60,13 +74,16 @@ def redundancy_numbers(cofactors: Cofactors, linked: LinkedCofactors) -> Redunda
         leverage += 2.0 * np.einsum("nri,nij,nrj->nr", a, points.with_image, x, optimize=True)
         leverage += np.einsum("nri,nij,nrj->nr", x, points.own[observed.point], x, optimize=True)
         image_points = 1.0 - leverage
+        reached = np.matmul(a, cofactors.images[observed.image])
+        reached += np.matmul(x, points.with_image.transpose(0, 2, 1))
+        point_orientation = _share(reached, weights[observed.image])
     priors = at.orientation_priors
     p = priors.jacobian * layout.image_mask[priors.image][:, None, :]
     prior_leverage = np.einsum("qri,qij,qrj->qr", p, cofactors.images[priors.image], p, optimize=True)
     weight = assembler.point_inverse_sigma**2
     point_leverage = np.einsum("nii->ni", points.own) * weight
     return RedundancyNumbers(
-        curve_rows=curve,
+        curve_rows=1.0 - curve.own,
         linked_along=np.where(assembler.prepared.chains.linked, 1.0 - linked.along, 0.0),
         arc_lengths=1.0 - linked.arc,
         tangents=1.0 - linked.tangent,
@@ -74,7 +91,33 @@ def redundancy_numbers(cofactors: Cofactors, linked: LinkedCofactors) -> Redunda
         orientation_priors=np.where(priors.active, 1.0 - prior_leverage, 0.0),
         point_priors=np.where(weight > 0.0, 1.0 - point_leverage, 0.0),
         coefficient_rows=1.0 - coefficient_leverage(cofactors),
+        curve_orientation=_curve_share(cofactors, curve.orientation, weights),
+        point_orientation=point_orientation,
     )
+
+
+def orientation_weights(cofactors: Cofactors) -> FloatArray:
+    """Q_ii^-1 of the orientations, (m, 6, 6); zero rows where unknowns are removed."""
+    removed = np.zeros_like(cofactors.images)
+    removed[:, range(6), range(6)] = 1.0 - cofactors.assembler.layout.image_mask
+    return np.asarray(np.linalg.inv(cofactors.images + removed) - removed)
+
+
+def _share(reached: FloatArray, weights: FloatArray) -> FloatArray:
+    """q Q_ii^-1 q' of q = a Q_.i, (..., r) for rows (..., r, 6) and weights (..., 6, 6)."""
+    return np.asarray(np.sum(np.matmul(reached, weights) * reached, axis=-1))
+
+
+def _curve_share(cofactors: Cofactors, reached: FloatArray, weights: FloatArray) -> FloatArray:
+    """The same of the rows of curve points, group by group of one image."""
+    out = np.zeros(len(reached) + 1)
+    if not reached.shape[1]:
+        return out[:-1]
+    windows = cofactors.solution.linearization.windows
+    padded = np.concatenate([reached, np.zeros((1, reached.shape[1]))])
+    for groups, rows in windows.groups.batches(2 * reached.shape[1]):
+        out[rows] = _share(padded[rows], weights[windows.image[groups]])
+    return out[:-1]
 
 
 def coefficient_leverage(cofactors: Cofactors) -> FloatArray:

@@ -6,23 +6,16 @@ import numpy as np
 
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
 from splinebba_cli.core.network import FloatArray
-from splinebba_cli.core.observations.coefficient_rows import GAUGE, SHAPE
-from splinebba_cli.core.observations.orientation_priors import weighting_sigma
 from splinebba_cli.core.quality.redundancy import RedundancyNumbers
-from splinebba_cli.core.result import PriorResidual, ResidualTable, ScalarResiduals
+from splinebba_cli.core.quality.reliability import reliability, standardized_residuals
+from splinebba_cli.core.result import ResidualTable, ScalarResiduals
 from splinebba_cli.core.state import Prepared
 
-TINY = 1e-9
-EOP_NAMES = ("omega", "phi", "kappa", "x", "y", "z")
-AXES = ("x", "y", "z", "along the curve")
 
-
-def _standardized(whitened: FloatArray, redundancy: FloatArray) -> FloatArray:
-    return np.where(redundancy > TINY, whitened / np.sqrt(np.maximum(redundancy, TINY)), np.nan)
-
-
-def point_table(prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers) -> ResidualTable:
-    """Residuals of the image points of points."""
+def point_table(
+    prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers, delta0: float
+) -> ResidualTable:
+    """Residuals of the image points of points; `delta0` is the noncentrality of their tests."""
     whitened = solved.solution.linearization.points.residual
     observed = prepared.network.point_observations
     missing = np.full(len(observed), np.nan)
@@ -30,16 +23,18 @@ def point_table(prepared: Prepared, solved: ConditionedSolution, numbers: Redund
         residual=whitened * observed.sigma,
         across=missing,
         redundancy=numbers.image_points,
-        standardized=_standardized(whitened, numbers.image_points),
+        standardized=standardized_residuals(whitened, numbers.image_points),
         location=missing,
         location_sigma=missing,
         normal=np.full((len(observed), 2), np.nan),
+        reliability=reliability(observed.sigma, numbers.image_points, numbers.point_orientation, delta0),
     )
 
 
 def curve_table(
-    prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers, location_sigma: FloatArray
-) -> ResidualTable:
+    prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers, location_sigma: FloatArray,
+    delta0: float,
+) -> ResidualTable:  # fmt: skip
     """Residuals of the image points of curves: across, and along where the location is held or linked to others."""
     rows, linked = solved.solution.linearization.curve, np.flatnonzero(prepared.chains.linked)
     observed = prepared.network.curve_observations
@@ -56,13 +51,20 @@ def curve_table(
     redundancy[linked, 1] = numbers.linked_along[linked]
     tested = np.concatenate([held, linked])
     standardized = np.full((count, 2), np.nan)
-    standardized[:, 0] = _standardized(across, redundancy[:, 0])
-    standardized[tested, 1] = _standardized(along[tested], redundancy[tested, 1])
+    standardized[:, 0] = standardized_residuals(across, redundancy[:, 0])
+    standardized[tested, 1] = standardized_residuals(along[tested], redundancy[tested, 1])
     across_vector = rows.normal * across[:, None] * observed.sigma
     residual = across_vector + unit * along[:, None] * observed.sigma
     # a normal in measured photo axes: whitening by equal sigma does not turn it
     normal = rows.normal / observed.sigma
     normal /= np.linalg.norm(normal, axis=1)[:, None]
+    sigma = np.stack([np.linalg.norm(n * observed.sigma, axis=1) for n in (rows.normal, unit)], axis=1)
+    share = np.stack([numbers.curve_orientation[:count], np.zeros(count)], axis=1)
+    share[held, 1] = numbers.curve_orientation[count:]
+    share[linked, 1] = 1.0 - numbers.linked_along[linked]  # an upper bound
+    measured = np.isfinite(redundancy)
+    measured[:, 1] = False
+    measured[tested, 1] = True
     return ResidualTable(
         residual=residual,
         across=np.sign(across) * np.linalg.norm(across_vector, axis=1),
@@ -71,93 +73,30 @@ def curve_table(
         location=solved.solution.state.location,
         location_sigma=location_sigma,
         normal=normal,
+        reliability=reliability(sigma, np.where(measured, redundancy, np.nan), share, delta0),
     )
 
 
-def arc_table(prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers) -> ScalarResiduals:
+def arc_table(
+    prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers, delta0: float
+) -> ScalarResiduals:
     """Residuals of the arc lengths, mm."""
     whitened = solved.solution.linearization.linked.arc_residual
-    return _scalar_table(whitened, prepared.network.arc_lengths.sigma, numbers.arc_lengths)
+    return _scalar_table(whitened, prepared.network.arc_lengths.sigma, numbers.arc_lengths, delta0)
 
 
 def tangent_table(
-    prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers
+    prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers, delta0: float
 ) -> ScalarResiduals:
     """Residuals of the tangents, rad."""
     whitened = solved.solution.linearization.linked.tangent_residual
-    return _scalar_table(whitened, prepared.network.tangents.sigma, numbers.tangents)
+    return _scalar_table(whitened, prepared.network.tangents.sigma, numbers.tangents, delta0)
 
 
-def _scalar_table(whitened: FloatArray, sigma: FloatArray, redundancy: FloatArray) -> ScalarResiduals:
-    return ScalarResiduals(whitened * sigma, sigma, redundancy, _standardized(whitened, redundancy))
-
-
-def prior_residuals(
-    prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers
-) -> tuple[PriorResidual, ...]:
-    """Residuals of control coordinates, control values of curves, orientation priors and gauge conditions."""
-    return (
-        *_point_priors(prepared, solved, numbers),
-        *_value_and_gauge(prepared, solved, numbers),
-        *_orientation_priors(prepared, solved, numbers),
+def _scalar_table(
+    whitened: FloatArray, sigma: FloatArray, redundancy: FloatArray, delta0: float
+) -> ScalarResiduals:
+    found = reliability(sigma, redundancy, 1.0 - redundancy, delta0)
+    return ScalarResiduals(
+        whitened * sigma, sigma, redundancy, standardized_residuals(whitened, redundancy), found
     )
-
-
-def _point_priors(
-    prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers
-) -> list[PriorResidual]:
-    points, state = prepared.network.points, solved.solution.state
-    difference = state.xyz - points.xyz
-    return [
-        PriorResidual(
-            "control point",
-            points.ids[n],
-            AXES[d],
-            float(difference[n, d]),
-            float(points.sigma[n, d]),
-            float(numbers.point_priors[n, d]),
-        )
-        for n, d in zip(*np.nonzero(solved.assembler.point_inverse_sigma > 0.0), strict=True)
-    ]
-
-
-def _value_and_gauge(
-    prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers
-) -> list[PriorResidual]:
-    rows = solved.assembler.coefficient_rows
-    whitened = solved.solution.linearization.coefficient_residual
-    found = []
-    for k in range(len(rows)):
-        component = int(rows.component[k])
-        found.append(
-            PriorResidual(
-                {GAUGE: "gauge", SHAPE: "shape"}.get(component, "control spline"),
-                prepared.network.curves[rows.curve[k]].id,
-                f"condition {rows.row[k]}" if component == SHAPE else f"knot {rows.row[k]} {AXES[component]}",
-                float(whitened[k] * rows.sigma[k]),
-                float(rows.sigma[k]),
-                float(numbers.coefficient_rows[k]),
-            )
-        )
-    return found
-
-
-def _orientation_priors(
-    prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers
-) -> list[PriorResidual]:
-    priors, images = solved.solution.linearization.orientation_priors, prepared.network.images
-    given = weighting_sigma(images)
-    found = []
-    for q, c in zip(*np.nonzero(priors.active), strict=True):
-        sigma = float(given[priors.image[q], c])
-        found.append(
-            PriorResidual(
-                "eop prior",
-                images.ids[priors.image[q]],
-                EOP_NAMES[c],
-                float(priors.residual[q, c] * sigma),
-                sigma,
-                float(numbers.orientation_priors[q, c]),
-            )
-        )
-    return found

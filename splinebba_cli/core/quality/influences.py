@@ -1,0 +1,229 @@
+"""The observations whose undetected errors do most harm, with what an error of one MDB does (external reliability).
+
+    d = Q a' delta0 / sqrt(r),    on the orientation of image i in its sigmas: sqrt(d_i' Q_ii^-1 d_i)
+
+Candidates come from the figures that every observation has (reliability.py); only theirs are solved for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
+from splinebba_cli.core.evidence import Influence, ObservationKind
+from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.observations.coefficient_rows import GAUGE
+from splinebba_cli.core.quality.observation_effects import Effects, EquationColumns, ObservationEffects
+from splinebba_cli.core.quality.prior_residuals import AXES, EOP_NAMES
+from splinebba_cli.core.quality.redundancy import RedundancyNumbers
+from splinebba_cli.core.quality.reliability import CONTROLLED
+from splinebba_cli.core.result import ResidualTable
+from splinebba_cli.core.state import Prepared, State
+
+MOST = 20
+
+
+@dataclass(frozen=True)
+class _Candidates:
+    """Observations of one kind and their equations."""
+
+    kind: ObservationKind
+    unit: Literal["mm", "rad", "m"]
+    columns: EquationColumns
+    redundancy: FloatArray  # (q,)
+    sigma: FloatArray  # (q,)
+    names: list[str]
+
+
+def influences(
+    solved: ConditionedSolution,
+    numbers: RedundancyNumbers,
+    orientation_weights: FloatArray,
+    curves: ResidualTable,
+    points: ResidualTable,
+    delta0: float,
+) -> tuple[Influence, ...]:
+    """The most influential observations, those that bend an orientation most first.
+
+    Parameters
+    ----------
+    orientation_weights : (m, 6, 6) inverse of the cofactors of every orientation
+    curves, points : residual tables of image points
+    delta0 : noncentrality of the tests
+    """
+    effects_of = ObservationEffects(solved.assembler, solved.solution)
+    found: list[Influence] = []
+    for part in _candidates(effects_of, solved, numbers, curves, points):
+        errors = delta0 / np.sqrt(part.redundancy)
+        effects = effects_of.of(part.columns, errors)
+        found += _described(
+            part, errors, effects, orientation_weights, solved.assembler.prepared, solved.solution.state
+        )
+    found.sort(key=lambda influence: (-influence.orientation, -influence.bias_to_noise, influence.name))
+    return tuple(found[:MOST])
+
+
+def _candidates(
+    effects: ObservationEffects,
+    solved: ConditionedSolution,
+    numbers: RedundancyNumbers,
+    on_curves: ResidualTable,
+    on_points: ResidualTable,
+) -> Iterator[_Candidates]:
+    network = solved.assembler.prepared.network
+    images, seen, points = network.images.ids, network.curve_observations, network.point_observations
+    rows = _largest(on_curves.reliability.orientation_influence[:, 0])
+    if len(rows):
+        sigma = np.linalg.norm(solved.solution.linearization.curve.normal[rows] * seen.sigma[rows], axis=1)
+        names = [
+            f"image `{images[seen.image[k]]}` on spline `{network.curves[seen.curve[k]].id}`, across"
+            for k in rows
+        ]
+        yield _Candidates("spline", "mm", effects.curve_rows(rows), numbers.curve_rows[rows], sigma, names)
+    flat = _largest(on_points.reliability.orientation_influence.ravel())
+    if len(flat):
+        rows, axis = flat // 2, flat % 2
+        names = [
+            f"image `{images[points.image[k]]}` of point `{network.points.ids[points.point[k]]}`, {'xy'[d]}"
+            for k, d in zip(rows, axis, strict=True)
+        ]
+        yield _Candidates(
+            "point", "mm", effects.image_points(rows, axis), numbers.image_points[rows, axis],
+            points.sigma[rows, axis], names,
+        )  # fmt: skip
+    yield from _priors(effects, solved, numbers)
+
+
+def _priors(
+    effects: ObservationEffects, solved: ConditionedSolution, numbers: RedundancyNumbers
+) -> Iterator[_Candidates]:
+    """Control coordinates, given values of curves, prior orientations: the least controlled of every kind."""
+    network, at = solved.assembler.prepared.network, solved.solution.linearization
+    weighted = numbers.point_priors * (solved.assembler.point_inverse_sigma > 0.0)
+    flat = _largest(-np.where(weighted > CONTROLLED, weighted, np.inf).ravel())
+    if len(flat):
+        point, axis = flat // 3, flat % 3
+        names = [
+            f"control point `{network.points.ids[k]}`, {AXES[d]}" for k, d in zip(point, axis, strict=True)
+        ]
+        yield _Candidates(
+            "control point", "m", effects.point_priors(point, axis), numbers.point_priors[point, axis],
+            network.points.sigma[point, axis], names,
+        )  # fmt: skip
+    rows = solved.assembler.coefficient_rows
+    given = np.where(
+        (rows.component < GAUGE) & (numbers.coefficient_rows > CONTROLLED), numbers.coefficient_rows, np.inf
+    )
+    chosen = _largest(-given)
+    if len(chosen):
+        names = [
+            f"control spline `{network.curves[rows.curve[k]].id}`, knot {rows.row[k]} {AXES[rows.component[k]]}"
+            for k in chosen
+        ]
+        yield _Candidates(
+            "control spline", "m", effects.coefficient_rows(chosen), numbers.coefficient_rows[chosen],
+            rows.sigma[chosen], names,
+        )  # fmt: skip
+    yield from _orientations(
+        effects, at.orientation_priors.image, numbers, network.images.ids, network.images.prior_sigma
+    )
+
+
+def _orientations(
+    effects: ObservationEffects,
+    image: IntArray,
+    numbers: RedundancyNumbers,
+    ids: tuple[str, ...],
+    sigma: FloatArray,
+) -> Iterator[_Candidates]:
+    flat = _largest(
+        -np.where(numbers.orientation_priors > CONTROLLED, numbers.orientation_priors, np.inf).ravel()
+    )
+    units: tuple[tuple[Literal["rad", "m"], IntArray], ...] = (
+        ("rad", flat[flat % 6 < 3]),
+        ("m", flat[flat % 6 >= 3]),
+    )
+    for unit, part in units:
+        if len(part):
+            rows, component = part // 6, part % 6
+            names = [
+                f"prior orientation of image `{ids[image[k]]}`, {EOP_NAMES[c]}"
+                for k, c in zip(rows, component, strict=True)
+            ]
+            yield _Candidates(
+                "eop prior", unit, effects.orientation_priors(rows, component),
+                numbers.orientation_priors[rows, component], sigma[image[rows], component], names,
+            )  # fmt: skip
+
+
+def _largest(figures: FloatArray) -> IntArray:
+    """Numbers of the largest finite figures, largest first."""
+    finite = np.flatnonzero(np.isfinite(figures))
+    order = np.argsort(-figures[finite], kind="stable")[:MOST]
+    return np.asarray(finite[order], dtype=np.int64)
+
+
+def _described(
+    part: _Candidates,
+    errors: FloatArray,
+    effects: Effects,
+    weights: FloatArray,
+    prepared: Prepared,
+    state: State,
+) -> list[Influence]:
+    images = prepared.network.images.ids
+    moved = np.moveaxis(effects.orientation, 2, 0)  # (q, m, 6)
+    on_orientation = np.sqrt(np.maximum(np.einsum("qmi,mij,qmj->qm", moved, weights, moved), 0.0))
+    position = np.linalg.norm(moved[:, :, 3:], axis=2)
+    angle = np.linalg.norm(moved[:, :, :3], axis=2)
+    size, names = _object_effects(effects, prepared, state)
+    found = []
+    for k, name in enumerate(part.names):
+        r = float(part.redundancy[k])
+        worst = [int(np.argmax(figures[k])) for figures in (on_orientation, position, angle)]
+        where = int(np.argmax(size[k])) if size.shape[1] else -1
+        found.append(
+            Influence(
+                kind=part.kind,
+                name=name,
+                redundancy=r,
+                minimal_detectable_bias=float(errors[k] * part.sigma[k]),
+                unit=part.unit,
+                bias_to_noise=float(errors[k] * np.sqrt(max(1.0 - r, 0.0))),
+                orientation=float(on_orientation[k, worst[0]]),
+                orientation_image=images[worst[0]],
+                position_m=float(position[k, worst[1]]),
+                position_image=images[worst[1]],
+                angle_rad=float(angle[k, worst[2]]),
+                angle_image=images[worst[2]],
+                object_m=float(size[k, where]) if where >= 0 else 0.0,
+                object_name=names[where] if where >= 0 else "",
+            )
+        )
+    return found
+
+
+def _object_effects(effects: Effects, prepared: Prepared, state: State) -> tuple[FloatArray, list[str]]:
+    """Lengths of the effects on points and, across the curve, on the ends of all segments, (q, places)."""
+    network, curves = prepared.network, prepared.curves
+    names = [f"point `{id_}`" for id_ in network.points.ids]
+    on_points = np.moveaxis(np.linalg.norm(effects.point, axis=1), 1, 0)
+    curve = np.repeat(np.arange(len(curves.bases)), np.diff(curves.segment_start))
+    if not len(curve):
+        return on_points, names
+    segments = np.arange(len(curves.left))
+    segment, curve = np.tile(segments, 2), np.tile(curve, 2)
+    t = np.repeat([0.0, 1.0], len(segments))
+    columns = curves.columns[segment]
+    weights, slopes = curves.weights(segment, t), curves.weights(segment, t, 1)
+    tangent = np.einsum("pw,pwd->pd", slopes, state.coefficients[columns])
+    norm = np.linalg.norm(tangent, axis=1)[:, None]
+    tangent = np.divide(tangent, norm, out=np.zeros_like(tangent), where=norm > 0.0)
+    moved = np.einsum("pw,pwdq->qpd", weights, effects.coefficients[columns], optimize=True)
+    across = moved - np.sum(moved * tangent, axis=2)[:, :, None] * tangent
+    names += [f"spline `{network.curves[k].id}`" for k in curve]
+    return np.concatenate([on_points, np.linalg.norm(across, axis=2)], axis=1), names
