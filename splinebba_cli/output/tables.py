@@ -169,8 +169,29 @@ def residuals_table(result: AdjustmentResult) -> Table:
             Column(f"{name}_{axis}", _only(values[:, i], slice(n)), _RATIO) for i, axis in enumerate("xy")
         ]
         columns.append(Column(f"{name}_across", _only(values[:, 0], slice(n, None)), _RATIO))
+    columns += _reliability_columns(result)
     columns += [Column(f"normal_{axis}", normal[:, i], _RATIO) for i, axis in enumerate("xy")]
     return Table("residuals", tuple(columns))
+
+
+def _reliability_columns(result: AdjustmentResult) -> list[Column]:
+    """Minimal detectable bias, and its largest effect on the orientation of the image in sigmas."""
+    both, n = (
+        (result.point_residuals.reliability, result.curve_residuals.reliability),
+        len(result.point_residuals.across),
+    )
+    columns = []
+    for name, unit, decimals, values in (
+        ("minimal_detectable_bias", "_mm", _PHOTO, [one.minimal_detectable_bias for one in both]),
+        ("orientation_influence", "_sigmas", "%.4f", [one.orientation_influence for one in both]),
+    ):
+        stacked = np.concatenate(values)
+        columns += [
+            Column(f"{name}_{axis}{unit}", _only(stacked[:, i], slice(n)), decimals)
+            for i, axis in enumerate("xy")
+        ]
+        columns.append(Column(f"{name}_across{unit}", _only(stacked[:, 0], slice(n, None)), decimals))
+    return columns
 
 
 def linked_residuals_tables(result: AdjustmentResult) -> tuple[Table, ...]:
@@ -218,6 +239,11 @@ def _scalar_columns(residuals: ScalarResiduals, unit: str, factor: float, decima
         Column(f"residual_{unit}", factor * residuals.residual, decimals),
         Column("redundancy", residuals.redundancy, _RATIO),
         Column("standardized", residuals.standardized, _RATIO),
+        Column(
+            f"minimal_detectable_bias_{unit}",
+            factor * residuals.reliability.minimal_detectable_bias,
+            decimals,
+        ),
     ]
 
 
@@ -234,6 +260,12 @@ def prior_residuals_table(result: AdjustmentResult) -> Table:
         Column("residual", factor * np.array([prior.residual for prior in priors], dtype=float)),
         Column("sigma", factor * np.array([prior.sigma for prior in priors], dtype=float)),
         Column("redundancy", np.array([prior.redundancy for prior in priors], dtype=float), _RATIO),
+        Column("standardized", np.array([prior.standardized for prior in priors], dtype=float), _RATIO),
+        Column(
+            "minimal_detectable_bias",
+            factor * np.array([prior.minimal_detectable_bias for prior in priors], dtype=float),
+        ),
+        Column("bias_to_noise", np.array([prior.bias_to_noise for prior in priors], dtype=float), "%.4f"),
     )
     return Table("prior_residuals", columns)
 

@@ -144,6 +144,51 @@ POINT = object_of(
     }
 )
 
+INFLUENCE = object_of(
+    {
+        "kind": TEXT,
+        "observation": TEXT,
+        "redundancy": NUMBER,
+        "unit": {"enum": ["mm", "deg", "m"]},
+        "minimal_detectable_bias": NUMBER_OR_NULL,
+        "bias_to_noise": NUMBER_OR_NULL,
+        "orientation": object_of({"sigmas": NUMBER, "image": TEXT}),
+        "position": object_of({"m": NUMBER, "image": TEXT}),
+        "angle": object_of({"deg": NUMBER, "image": TEXT}),
+        "object": object_of({"m": NUMBER, "feature": TEXT}),
+    },
+    about="An observation and the largest effects of an error of one minimal detectable bias.",
+)
+TESTS = object_of(
+    {
+        "statistic": {"enum": ["w", "tau"]},
+        "alpha": NUMBER,
+        "multiplicity": {"enum": ["none", "sidak", "bonferroni"]},
+        "alpha_single": {**NUMBER, "description": "Significance of one test."},
+        "power": NUMBER,
+        "tests": {**COUNT, "description": "Number of tested observations."},
+        "critical": {**NUMBER, "description": "Critical value of |w| or |τ|."},
+        "noncentrality": NUMBER,
+        "beyond": {**COUNT, "description": "Number of observations beyond the critical value."},
+        "kinds": array_of(
+            object_of(
+                {
+                    "kind": TEXT,
+                    "n": COUNT,
+                    "redundancy": object_of({"min": NUMBER, "mean": NUMBER, "max": NUMBER}),
+                    "weak": {**COUNT, "description": "Redundancy number below 0.1."},
+                    "uncontrolled": {**COUNT, "description": "Redundancy number below 0.001."},
+                    "unit": {"enum": ["mm", "deg", "m"]},
+                    "minimal_detectable_bias": object_of({"median": NUMBER_OR_NULL, "max": NUMBER_OR_NULL}),
+                    "largest": {**NUMBER_OR_NULL, "description": "Largest |w| or |τ|."},
+                }
+            )
+        ),
+        "influences": array_of(INFLUENCE),
+    },
+    about="Tests of single observations and their reliability.",
+)
+
 
 def result_schema() -> Schema:
     """The JSON Schema of result.json."""
@@ -159,6 +204,7 @@ def result_schema() -> Schema:
             "points": array_of(POINT),
             "checks": object_of({"points": {"type": "array"}, "splines": {"type": "array"}}),
             "residuals": {"type": "object"},
+            "tests": {"anyOf": [TESTS, {"type": "null"}]},
             "problems": array_of(PROBLEM),
         },
         about="Results of an adjustment, but for the large tables beside it.",

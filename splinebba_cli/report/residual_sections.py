@@ -10,7 +10,6 @@ from splinebba_cli.report.blocks import Block, Cell, Column, Fact, Facts, Figure
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.scale import angle_scale, length_scale
 
-CRITICAL = 3.29  # Baarda: normal distribution, two-sided, alpha0 = 0.001
 _WORST = 20
 _CONDITIONS = ("gauge", "shape", "datum")
 
@@ -36,7 +35,7 @@ def residuals_section(data: ResultData) -> Section:
     )
     blocks.append(FigureBlock("image_residuals", bars, "Root mean square residual of every image as bars"))
     blocks.append(_images_table(residuals))
-    if data.residuals.rows:
+    if data.residuals.rows and data.content.get("tests"):
         blocks += _worst(data)
     return Section("residuals", "Residuals of image points", tuple(blocks))
 
@@ -123,7 +122,12 @@ def _worst(data: ResultData) -> list[Block]:
     w = np.stack([table.numbers(f"standardized_{name}") for name in ("x", "y", "across")], axis=1)
     size = np.nan_to_num(np.abs(w), nan=0.0)
     row_size = size.max(axis=1)
-    tested, beyond = int(np.isfinite(w).sum()), int((size > CRITICAL).sum())
+    tests = data["tests"]
+    scaled = tests["statistic"] == "tau"
+    if scaled:
+        size *= data["statistics"]["sigma0_prior"] / data["statistics"]["sigma0"]
+    letter, critical = ("τ" if scaled else "w"), tests["critical"]
+    beyond, tested = int((size > critical).sum()), int(np.isfinite(w).sum())
     order = np.argsort(-row_size, kind="stable")[:_WORST]
     v = np.stack([table.numbers(f"residual_{name}_mm") for name in ("x", "y", "across")], axis=1)
     names = ("x", "y", "across")
@@ -137,7 +141,7 @@ def _worst(data: ResultData) -> list[Block]:
                 table["feature"][i],
                 names[j],
                 1e3 * float(v[i, j]),
-                float(w[i, j]),
+                float(np.copysign(size[i, j], w[i, j])),
             )
         )
     columns = (
@@ -146,11 +150,11 @@ def _worst(data: ResultData) -> list[Block]:
         Column("Feature", numeric=False),
         Column("Direction", numeric=False),
         Column("v", "µm", 2),
-        Column("w", "", 2),
+        Column(letter, "", 2),
     )
-    marked = frozenset(k for k, i in enumerate(order.tolist()) if row_size[i] > CRITICAL)
-    expected = f"expected of good measurements: {0.001 * tested:.1f}"
-    note = f"{beyond} of {tested} tested residuals have |w| > {CRITICAL} ({expected})."
+    marked = frozenset(k for k, i in enumerate(order.tolist()) if row_size[i] > critical)
+    expected = f"expected of good measurements: {tests['alpha_single'] * tested:.1f}"
+    note = f"{beyond} of {tested} tested image coordinates have |{letter}| > {critical:.2f} ({expected})."
     return [
         Table("Largest standardized residuals", columns, tuple(rows), marked, "residuals.csv"),
         Note(note),

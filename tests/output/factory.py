@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from splinebba_cli.core.camera.rotation import rotation_object_from_photo
+from splinebba_cli.core.evidence import Evidence
 from splinebba_cli.core.network import (
     Camera,
     Curve,
@@ -20,7 +21,7 @@ from splinebba_cli.core.network import (
     PointObservations,
     Points,
 )
-from splinebba_cli.core.quality.reliability import reliability
+from splinebba_cli.core.quality.reliability import local_tests_of, reliability
 from splinebba_cli.core.result import (
     AdjustmentResult,
     CheckPoint,
@@ -324,4 +325,5 @@ def make_result(
         ),
         "timings": {"points": 0.1, "joint": 1.234567},
     }
-    return AdjustmentResult(**{**content, **changes})  # type: ignore[arg-type]
+    result = AdjustmentResult(**{**content, **changes})  # type: ignore[arg-type]
+    return replace(result, evidence=Evidence(tests=local_tests_of(result)))

@@ -42,7 +42,7 @@ def test_every_number_has_its_unit_in_the_header() -> None:
         for column in table.columns:
             if isinstance(column.values, np.ndarray) and table.name != "prior_residuals":
                 name = column.name
-                assert name.endswith(("_m", "_mm", "_deg")) or name.startswith(free_of_unit), name
+                assert name.endswith(("_m", "_mm", "_deg", "_sigmas")) or name.startswith(free_of_unit), name
 
 
 def test_locations_lie_on_their_segments() -> None:

@@ -1,0 +1,126 @@
+"""How well errors of observations are found, and what those do that are not."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from splinebba_cli.report.blocks import Block, Cell, Column, Fact, Facts, Note, Section, Table
+from splinebba_cli.report.result_data import ResultData
+from splinebba_cli.report.scale import angle_scale, length_scale
+
+_MULTIPLICITY = {
+    "none": "α belongs to every single test",
+    "sidak": "α belongs to all tests together (Šidák)",
+    "bonferroni": "α belongs to all tests together (Bonferroni)",
+}
+_STATISTIC = {"w": "w (Baarda), σ₀ known", "tau": "τ (Pope), σ₀ estimated"}
+
+
+def reliability_section(data: ResultData) -> Section:
+    """Critical values, redundancy numbers and minimal detectable biases by kind, most influential observations."""
+    tests = data.content.get("tests")
+    if not tests:
+        return Section("reliability", "Tests and reliability of single observations", ())
+    expected = tests["tests"] * tests["alpha_single"]
+    items = (
+        Fact("Statistic", _STATISTIC[tests["statistic"]]),
+        Fact(
+            "Critical value",
+            f"{tests['critical']:.2f}",
+            f"α = {tests['alpha']:g}; {_MULTIPLICITY[tests['multiplicity']]}",
+        ),
+        Fact(
+            "Beyond it",
+            f"{tests['beyond']} of {tests['tests']}",
+            f"expected of good measurements: {expected:.2g}",
+        ),
+        Fact("Power 1 − β", f"{tests['power']:g}", f"noncentrality δ₀ = {tests['noncentrality']:.2f}"),
+    )
+    blocks: list[Block] = [Facts(items), _kinds(tests)]
+    if tests["influences"]:
+        blocks += [_influences(tests["influences"]), Note(_EXPLANATION)]
+    return Section("reliability", "Tests and reliability of single observations", tuple(blocks))
+
+
+_EXPLANATION = (
+    "An error as large as the minimal detectable bias stays undetected with the probability β. The columns say what it "
+    "then does: to the orientation of the image that it bends most, in standard deviations of that orientation, and in "
+    "metres and angles wherever its effect is largest. A point on a spline is tested across the spline: along it every "
+    "measured point has a location of its own, which takes any error."
+)
+
+
+def _kinds(tests: dict[str, Any]) -> Table:
+    columns = (
+        Column("Observations", numeric=False),
+        Column("Number"),
+        Column("r smallest", "", 3),
+        Column("r mean", "", 3),
+        Column("r < 0.1", help="weakly controlled"),
+        Column("r < 0.001", help="not controlled"),
+        Column("MDB median", numeric=False),
+        Column("MDB largest", numeric=False),
+        Column("Largest |τ|" if tests["statistic"] == "tau" else "Largest |w|", "", 2),
+    )
+    rows: list[tuple[Cell, ...]] = []
+    for kind in tests["kinds"]:
+        r, bias = kind["redundancy"], kind["minimal_detectable_bias"]
+        sizes = [_size(bias[key], kind["unit"]) for key in ("median", "max")]
+        rows.append(
+            (
+                kind["kind"],
+                kind["n"],
+                r["min"],
+                r["mean"],
+                kind["weak"],
+                kind["uncontrolled"],
+                *sizes,
+                kind["largest"],
+            )
+        )
+    note = "r: redundancy number, the share of an error that its own residual shows. MDB: minimal detectable bias."
+    return Table("Reliability by kind of observation", columns, tuple(rows), note=note)
+
+
+def _size(value: float | None, unit: str) -> str:
+    """A bias with a unit that suits its size."""
+    if value is None:
+        return "–"
+    if unit == "deg":
+        return angle_scale([value]).text(value)
+    if unit == "mm":
+        return f"{1e3 * value:.3g} µm"
+    return length_scale([value]).text(value)
+
+
+def _influences(influences: list[dict[str, Any]]) -> Table:
+    columns = (
+        Column("Observation", numeric=False),
+        Column("r", "", 3),
+        Column("MDB", numeric=False),
+        Column("Orientation", "σ", 2, help="largest effect on the orientation of an image"),
+        Column("of image", numeric=False),
+        Column("Position", numeric=False),
+        Column("of image", numeric=False),
+        Column("Angle", numeric=False),
+        Column("of image", numeric=False),
+        Column("Object", numeric=False),
+        Column("at", numeric=False),
+    )
+    rows: list[tuple[Cell, ...]] = [
+        (
+            one["observation"],
+            one["redundancy"],
+            _size(one["minimal_detectable_bias"], one["unit"]),
+            one["orientation"]["sigmas"],
+            one["orientation"]["image"],
+            _size(one["position"]["m"], "m"),
+            one["position"]["image"],
+            _size(one["angle"]["deg"], "deg"),
+            one["angle"]["image"],
+            _size(one["object"]["m"], "m"),
+            one["object"]["feature"],
+        )
+        for one in influences
+    ]
+    return Table("Observations whose undetected errors do most", columns, tuple(rows))
