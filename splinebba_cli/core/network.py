@@ -181,6 +181,35 @@ class Tangents:
         return cls(_no_indices(), np.zeros(0), np.zeros(0), np.zeros(0, dtype=bool))
 
 
+@dataclass(frozen=True)
+class Distances:
+    """Lengths in the object between two stations: scale bars between points, bases between perspective centres."""
+
+    station: IntArray  # (q, 2) number of the object point or of the image at either end
+    is_image: BoolArray  # (q, 2) whether an end is a perspective centre
+    length: FloatArray  # (q,) metres, as measured
+    sigma: FloatArray  # (q,) metres
+    group: IntArray | None = None  # (q,) index into group_names, None: one group
+    group_names: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.length)
+
+    @classmethod
+    def none(cls) -> Distances:
+        """No distances."""
+        return cls(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 2), dtype=bool), np.zeros(0), np.zeros(0))
+
+
+@dataclass(frozen=True)
+class DatumFeatures:
+    """Over which coordinates the inner constraints of a free network run; None: all of them that are free."""
+
+    points: tuple[str, ...] | None = None
+    images: tuple[str, ...] | None = ()
+    curves: tuple[str, ...] | None = ()
+
+
 def _no_indices() -> IntArray:
     return np.zeros(0, dtype=np.int64)
 
@@ -199,6 +228,9 @@ class Settings:
     """How to adjust."""
 
     datum: Datum = "control"
+    datum_features: DatumFeatures | None = (
+        None  # of the datum "inner"; None: points, or images where there are few
+    )
     sigma0_prior: float = 1.0
     alpha: float = 0.05
     max_iterations: int = 50
@@ -228,3 +260,4 @@ class Network:
     settings: Settings = field(default_factory=Settings)
     arc_lengths: ArcLengths = field(default_factory=ArcLengths.none)
     tangents: Tangents = field(default_factory=Tangents.none)
+    distances: Distances = field(default_factory=Distances.none)

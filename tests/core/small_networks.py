@@ -12,7 +12,14 @@ from splinebba_cli.core.estimation.design_matrix import DesignMatrix, design_mat
 from splinebba_cli.core.estimation.gauss_markov import solve
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
 from splinebba_cli.core.estimation.parameters import layout_of
-from splinebba_cli.core.network import CurveObservations, FloatArray, IntArray, Network, RotationSequence
+from splinebba_cli.core.network import (
+    CurveObservations,
+    Distances,
+    FloatArray,
+    IntArray,
+    Network,
+    RotationSequence,
+)
 from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
 from splinebba_cli.core.observations.locations import search_locations
 from splinebba_cli.core.observations.shape_conditions import control_rows
@@ -36,7 +43,7 @@ def mixed_network(seed: int = 1, noise_um: float = 5.0) -> tuple[Network, Truth]
 
     Control, tie and check points (one height held), partial control splines (held and weighted knots), tie splines
     open, closed and with a corner, prior orientations in both rotation sequences, one orientation wholly fixed, one
-    fixed in Z0 alone; three curve points whose locations are held at joints.
+    fixed in Z0 alone; three curve points whose locations are held at joints; distances between points and images.
     """
     network, truth = simulate_block(
         "six-image-mixed", seed, noise_um, start_position_m=0.5, start_angle_deg=0.1
@@ -75,7 +82,19 @@ def mixed_network(seed: int = 1, noise_um: float = 5.0) -> tuple[Network, Truth]
     curves[1] = replace(curves[1], role="partial", sigma=weights, values=values)
     curves[2] = replace(curves[2], breaks=(3,))
     network = replace(network, images=images, points=points, curves=tuple(curves))
+    network = replace(network, distances=distances_of(truth))
     return beyond_the_joint(network, truth.locations[::3]), truth
+
+
+def distances_of(truth: Truth) -> Distances:
+    """Points (one with a fixed height), bases (one to a fixed image), and from images to points; 2 cm wrong."""
+    station = np.array([[0, 5], [5, 9], [0, 4], [1, 2], [3, 7], [11, 3]])
+    is_image = np.array(
+        [[False, False], [False, False], [True, True], [True, True], [True, False], [False, True]]
+    )
+    ends = np.where(is_image[:, :, None], truth.eop[np.minimum(station, 5), 3:], truth.points[station])
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    return Distances(station, is_image, length + 0.02 * np.array([1, -1, 1, -1, 1, -1]), np.full(6, 0.03))
 
 
 def beyond_the_joint(network: Network, location: FloatArray) -> Network:
@@ -153,6 +172,7 @@ def dense_system(assembler: Assembler, at: Linearization) -> DenseSystem:
         [
             at.curve.residual,
             at.points.residual.ravel(),
+            at.distances.residual,
             at.orientation_priors.residual[at.orientation_priors.active],
             at.point_prior_residual[assembler.point_inverse_sigma > 0.0],
             at.coefficient_residual,

@@ -16,6 +16,6 @@ def count_equations(assembler: Assembler, at: Linearization) -> int:
     values = int(np.count_nonzero(assembler.coefficient_rows.component != GAUGE))
     return (
         2 * len(network.point_observations) + 2 * len(network.curve_observations)
-        + len(network.arc_lengths) + len(network.tangents)
+        + len(network.arc_lengths) + len(network.tangents) + len(network.distances)
         + priors + points + values
     )  # fmt: skip

@@ -24,12 +24,7 @@ class DesignMatrix:
 
 def unknown_count(assembler: Assembler) -> int:
     """Number of unknowns without locations, removed ones not counted."""
-    return int(assembler.mask.sum() + observed_point_mask(assembler).sum())
-
-
-def observed_point_mask(assembler: Assembler) -> FloatArray:
-    """Mask of the point coordinates that are unknowns, (n, 3)."""
-    return assembler.layout.point_mask
+    return int(assembler.mask.sum() + assembler.layout.eliminated_mask.sum())
 
 
 def design_matrix(
@@ -42,16 +37,16 @@ def design_matrix(
     coefficient_rows : which of the assembler's coefficient rows take part (default all)
     """
     network, layout = assembler.prepared.network, assembler.layout
-    reduced = int(layout.node_starts[-1])
-    width = reduced + 3 * len(network.points.ids)
+    width = int(layout.node_starts[-1]) + 3 * len(network.points.ids)
     parts = [
         _curve_part(assembler, at, width),
         *_linked_parts(at, width),
-        _point_part(assembler, at, width, reduced),
-        _prior_part(assembler, at, width, reduced),
+        _point_part(assembler, at, width),
+        _distance_part(assembler, at, width),
+        _prior_part(assembler, at, width),
         _coefficient_part(assembler, at, width, coefficient_rows),
     ]
-    mask = np.concatenate([assembler.mask, observed_point_mask(assembler).ravel()])
+    mask = np.concatenate([assembler.mask, layout.eliminated_mask.ravel()])
     columns = np.flatnonzero(mask > 0.0)
     return DesignMatrix(np.vstack(parts)[:, columns], columns)
 
@@ -81,17 +76,24 @@ def _linked_parts(at: Linearization, width: int) -> list[FloatArray]:
     return parts
 
 
-def _point_part(assembler: Assembler, at: Linearization, width: int, reduced: int) -> FloatArray:
-    observed = assembler.prepared.network.point_observations
+def _point_part(assembler: Assembler, at: Linearization, width: int) -> FloatArray:
+    observed, place = assembler.prepared.network.point_observations, assembler.layout.unknown_of_point
     rows = np.zeros((len(observed), 2, width))
     line = np.arange(len(observed))[:, None]
     for axis in range(2):
         rows[line, axis, 6 * observed.image[:, None] + np.arange(6)] = at.points.orientation[:, axis]
-        rows[line, axis, reduced + 3 * observed.point[:, None] + np.arange(3)] = at.points.object_xyz[:, axis]
+        rows[line, axis, place[observed.point]] = at.points.object_xyz[:, axis]
     return rows.reshape(-1, width)
 
 
-def _prior_part(assembler: Assembler, at: Linearization, width: int, reduced: int) -> FloatArray:
+def _distance_part(assembler: Assembler, at: Linearization, width: int) -> FloatArray:
+    kept = assembler.kept_points
+    rows = np.zeros((len(kept.end_unknowns), width))
+    np.add.at(rows, (np.arange(len(rows))[:, None], kept.end_unknowns), kept.end_jacobian(at.distances))
+    return rows
+
+
+def _prior_part(assembler: Assembler, at: Linearization, width: int) -> FloatArray:
     priors = at.orientation_priors
     q, c = np.nonzero(priors.active)
     orientation = np.zeros((len(q), width))
@@ -100,7 +102,7 @@ def _prior_part(assembler: Assembler, at: Linearization, width: int, reduced: in
     ]
     n, d = np.nonzero(assembler.point_inverse_sigma > 0.0)
     points = np.zeros((len(n), width))
-    points[np.arange(len(n)), reduced + 3 * n + d] = assembler.point_inverse_sigma[n, d]
+    points[np.arange(len(n)), assembler.layout.unknown_of_point[n, d]] = assembler.point_inverse_sigma[n, d]
     return np.vstack([orientation, points])
 
 

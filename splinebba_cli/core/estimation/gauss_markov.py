@@ -257,13 +257,17 @@ def _damped_step(assembler: Assembler, at: Linearization, amount: Damping, stiff
 
 
 def _point_step(assembler: Assembler, eliminated: EliminatedPoints, reduced: FloatArray) -> FloatArray:
-    """Steps of the points: H^-1 (h_x - sum W'd)."""
+    """Steps of the points: H^-1 (h_x - sum W'd), or those of the reduced system."""
     observed = assembler.prepared.network.point_observations
     side = eliminated.right_side.copy()
     if len(observed):
         orientation = reduced[: assembler.layout.image_mask.size].reshape(-1, 6)[observed.image]
         np.subtract.at(side, observed.point, np.matmul(orientation[:, None, :], eliminated.coupling)[:, 0])
-    return np.asarray(np.matmul(eliminated.inverse, side[:, :, None])[:, :, 0] * assembler.layout.point_mask)
+    layout = assembler.layout
+    step = np.matmul(eliminated.inverse, side[:, :, None])[:, :, 0] * layout.eliminated_mask
+    kept = layout.kept_points
+    step[kept] = reduced[layout.unknown_of_point[kept]]
+    return np.asarray(step)
 
 
 def apply_step(assembler: Assembler, state: State, reduced: FloatArray, points: FloatArray) -> State:

@@ -17,12 +17,14 @@ from splinebba_cli.core.estimation.elimination import (
     PointPairs,
     eliminate_points,
 )
+from splinebba_cli.core.estimation.kept_points import KeptPoints, kept_pairs
 from splinebba_cli.core.estimation.linked_windows import LinkedWindows, linked_pairs
 from splinebba_cli.core.estimation.parameters import ORIENTATION_SIZE, ParameterLayout, node_positions
 from splinebba_cli.core.estimation.window_map import Slot, WindowMap, pair_map
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.observations.coefficient_rows import CoefficientRows
 from splinebba_cli.core.observations.curve_points import CurveRows, linearize_curve_points
+from splinebba_cli.core.observations.distances import DistanceRows, linearize_distances
 from splinebba_cli.core.observations.image_points import PointRows, linearize_image_points
 from splinebba_cli.core.observations.linked_points import LinkedEquations, linearize_linked_points
 from splinebba_cli.core.observations.orientation_priors import PriorRows, linearize_orientation_priors
@@ -53,6 +55,7 @@ class Linearization:
     linked_windows: tuple[LinkedWindows, ...]
     held: IntArray  # measured curve points whose location is no unknown, or no foot point yet
     points: PointRows
+    distances: DistanceRows
     orientation_priors: PriorRows
     point_prior_residual: FloatArray  # (n, 3) whitened
     coefficient_residual: FloatArray  # (q,) whitened, values and conditions
@@ -78,6 +81,7 @@ class Assembler:
         sigma = prepared.network.points.sigma
         weighted = np.isfinite(sigma) & (sigma > 0.0)
         self.point_inverse_sigma = np.where(weighted, 1.0 / np.where(weighted, sigma, 1.0), 0.0)
+        self._kept_points: KeptPoints | None = None
         self._structure: BlockStructure | None = None
         self._symbolic: SymbolicFactor | None = None
         self._windows: CurveWindows | None = None
@@ -97,6 +101,13 @@ class Assembler:
             raise RuntimeError("linearize first")
         return self._structure
 
+    @property
+    def kept_points(self) -> KeptPoints:
+        """Points that stay in the reduced system, and the distances between stations."""
+        if self._kept_points is None:
+            self._kept_points = KeptPoints.of(self.prepared.network, self.layout, self.structure)
+        return self._kept_points
+
     def linearize(self, state: State, held: IntArray) -> Linearization:
         """Equations and normal equations (points not yet eliminated) at a state.
 
@@ -108,6 +119,7 @@ class Assembler:
         network, layout = self.prepared.network, self.layout
         curve = linearize_curve_points(self.prepared, state, held)
         points = linearize_image_points(self.prepared, state)
+        distances = linearize_distances(network.distances, state)
         priors = linearize_orientation_priors(network.images, state)
         point_prior = np.where(
             self.point_inverse_sigma > 0.0, (state.xyz - network.points.xyz) * self.point_inverse_sigma, 0.0
@@ -127,17 +139,18 @@ class Assembler:
             axis=1,
         )
         values, side = self._base(jacobian, windows, points, priors, coefficient, coefficient_jacobian)
+        self.kept_points.add(values, side, points, distances, self.point_inverse_sigma, point_prior)
         for window in linked_windows:
             window.add(values, side)
         self._unit_diagonal(values)
         cost = (
-            curve.cost + linked.cost + points.cost + priors.cost
+            curve.cost + linked.cost + points.cost + distances.cost + priors.cost
             + float(np.sum(point_prior**2) + coefficient @ coefficient)
         )  # fmt: skip
         linked_held = held[self.prepared.chains.linked[held]]
         all_held = np.concatenate([curve.point[len(curve.speed) :], linked_held])
         return Linearization(
-            state, curve, jacobian, windows, linked, linked_windows, all_held, points, priors, point_prior,
+            state, curve, jacobian, windows, linked, linked_windows, all_held, points, distances, priors, point_prior,
             coefficient, coefficient_jacobian, cost, values, side,
         )  # fmt: skip
 
@@ -151,7 +164,7 @@ class Assembler:
         eliminated = eliminate_points(
             orientation, at.points.object_xyz, at.points.residual, observed.point,
             self.point_inverse_sigma**2, -self.point_inverse_sigma * at.point_prior_residual,
-            self.layout.point_mask, damping,
+            self.layout.eliminated_mask, damping,
         )  # fmt: skip
         if len(observed) and self._pair_map is not None:
             gain = np.matmul(eliminated.coupling, eliminated.inverse[observed.point])
@@ -332,10 +345,13 @@ class Assembler:
         observed = self.prepared.network.point_observations
         rows.append(observed.image[self.pairs.a])
         columns.append(observed.image[self.pairs.b])
+        for first, second in kept_pairs(self.prepared.network, layout):
+            rows.append(first)
+            columns.append(second)
         self._structure = BlockStructure.from_pairs(
             layout.node_sizes, np.concatenate(rows), np.concatenate(columns)
         )
-        self._symbolic, self._row_map, self._windows = None, None, None
+        self._symbolic, self._row_map, self._windows, self._kept_points = None, None, None, None
         if len(observed):
             a, b = observed.image[self.pairs.a], observed.image[self.pairs.b]
             zero = np.zeros_like(a)

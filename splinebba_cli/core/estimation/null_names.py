@@ -41,7 +41,7 @@ def movers(direction: FloatArray, layout: ParameterLayout, network: Network) -> 
     found += [
         Mover("spline", network.curves[k].id, float(by_curve[k]), ()) for k in np.flatnonzero(by_curve > 1e-3)
     ]
-    by_point = square[reduced:].reshape(-1, 3).sum(axis=1)
+    by_point = square[layout.unknown_of_point].sum(axis=1)
     found += [
         Mover("point", network.points.ids[k], float(by_point[k]), ()) for k in np.flatnonzero(by_point > 1e-3)
     ]

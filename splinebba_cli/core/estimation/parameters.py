@@ -1,7 +1,8 @@
 """Which unknowns there are, which are removed, and the nodes of the reduced system.
 
 Nodes are the blocks of the sparse factorisation: one of six unknowns per image (theta, X0), then the curves: a short
-curve is one node, a long one a chain of nodes of four coefficients.  Points and locations are eliminated before.
+curve is one node, a long one a chain of nodes of four coefficients.  Locations are eliminated before, and so are points
+but for those at the ends of distances: each of these is a node of three, after the curves.
 A removed (fixed) unknown keeps its place with a unit diagonal, a zero column and a zero step.
 """
 
@@ -31,7 +32,8 @@ class ParameterLayout:
     node_starts: IntArray  # (nodes + 1,) first unknown
     node_of_coefficient: IntArray  # (C,)
     slot_of_coefficient: IntArray  # (C,) first unknown of the coefficient inside its node
-    node_curve: IntArray  # (nodes,) curve of a node, -1 for images
+    node_curve: IntArray  # (nodes,) curve of a node, -1 for images and points
+    node_of_point: IntArray  # (n,) -1 for points that are eliminated
 
     @property
     def image_count(self) -> int:
@@ -48,7 +50,26 @@ class ParameterLayout:
         mask = np.ones(int(self.node_starts[-1]))
         mask[: self.image_mask.size] = self.image_mask.ravel()
         mask[self.unknown_of_coefficient[:, None] + np.arange(3)] = self.coefficient_mask
+        kept = self.kept_points
+        mask[self.unknown_of_point[kept]] = self.point_mask[kept]
         return mask
+
+    @property
+    def kept_points(self) -> IntArray:
+        """Points that stay in the reduced system."""
+        return np.flatnonzero(self.node_of_point >= 0)
+
+    @property
+    def eliminated_mask(self) -> FloatArray:
+        """Mask of the coordinates of points that are eliminated, (n, 3)."""
+        return np.where((self.node_of_point < 0)[:, None], self.point_mask, 0.0)
+
+    @property
+    def unknown_of_point(self) -> IntArray:
+        """Numbers of all coordinates of points, (n, 3): reduced ones, or behind these, point by point."""
+        after = int(self.node_starts[-1]) + 3 * np.arange(len(self.node_of_point))
+        first = np.where(self.node_of_point >= 0, self.node_starts[self.node_of_point], after)
+        return np.asarray(first[:, None] + np.arange(3))
 
     def hold_images(self) -> ParameterLayout:
         """The same with all orientations removed."""
@@ -77,6 +98,12 @@ def layout_of(prepared: Prepared) -> ParameterLayout:
         sizes.append(3 * in_nodes)
         curve_of.append(np.full(len(in_nodes), curve))
         number += len(in_nodes)
+    distances = prepared.network.distances
+    kept = np.unique(distances.station[~distances.is_image])
+    sizes.append(np.full(len(kept), 3))
+    node_of_point = np.full(len(prepared.network.points.ids), -1, dtype=np.int64)
+    node_of_point[kept] = number + np.arange(len(kept))
+    curve_of.append(np.full(len(kept), -1))
     node_sizes = np.concatenate([np.full(len(images.ids), ORIENTATION_SIZE), *sizes]).astype(np.int64)
     none = np.zeros(0, dtype=np.int64)
     return ParameterLayout(
@@ -88,15 +115,19 @@ def layout_of(prepared: Prepared) -> ParameterLayout:
         node_of_coefficient=np.concatenate([none, *nodes]),
         slot_of_coefficient=np.concatenate([none, *slots]),
         node_curve=np.concatenate([np.full(len(images.ids), -1), *curve_of]).astype(np.int64),
+        node_of_point=node_of_point,
     )
 
 
 def node_positions(layout: ParameterLayout, state: State) -> FloatArray:
-    """Positions of the nodes for the ordering: camera positions, mean of the coefficients, (nodes, 3)."""
+    """Positions of the nodes for the ordering: camera positions, means of coefficients, points, (nodes, 3)."""
     positions = np.zeros((len(layout.node_sizes), 3))
     positions[: layout.image_count] = state.position
+    kept = layout.kept_points
+    positions[layout.node_of_point[kept]] = state.xyz[kept]
     counts = np.bincount(layout.node_of_coefficient, minlength=len(positions))
+    of_curves = layout.node_curve >= 0
     for axis in range(3):
         sums = np.bincount(layout.node_of_coefficient, state.coefficients[:, axis], minlength=len(positions))
-        positions[layout.image_count :, axis] = (sums / np.maximum(counts, 1))[layout.image_count :]
+        positions[of_curves, axis] = (sums / np.maximum(counts, 1))[of_curves]
     return positions

@@ -82,7 +82,7 @@ class Cofactors:
         eliminated = self.solution.eliminated
         if eliminated is None:
             raise ValueError("no eliminated points")
-        mask = self.assembler.layout.point_mask
+        mask = self.assembler.layout.eliminated_mask
         own = eliminated.inverse * mask[:, :, None] * mask[:, None, :]
         with_image = np.zeros((len(observed), ORIENTATION_SIZE, 3))
         pairs, pair_map = self.assembler.pairs, self.assembler.pair_window()
@@ -96,7 +96,29 @@ class Cofactors:
         a, b = pairs.a[other], pairs.b[other]
         np.subtract.at(with_image, b, np.matmul(blocks[other].transpose(0, 2, 1), back[a].transpose(0, 2, 1)))
         np.subtract.at(own, observed.point, np.matmul(back, with_image))
+        self._take_kept(own, with_image)
         return PointCofactors(own, with_image)
+
+    def _take_kept(self, own: FloatArray, with_image: FloatArray) -> None:
+        """Blocks of the points that stay in the reduced system, in place."""
+        kept, layout = self.assembler.kept_points, self.assembler.layout
+        if not len(kept.points):
+            return
+        mask = layout.point_mask
+        blocks = kept.own.gather(self.values)
+        own[kept.points] = blocks * mask[kept.points][:, :, None] * mask[kept.points][:, None, :]
+        blocks = kept.with_image.gather(self.values)
+        with_image[kept.rays] = (
+            blocks * layout.image_mask[kept.ray_image][:, :, None] * mask[kept.ray_point][:, None, :]
+        )
+
+    def distance_leverage(self) -> FloatArray:
+        """a Q a' of the distances, (q,)."""
+        kept = self.assembler.kept_points
+        if kept.ends is None:
+            return np.zeros(0)
+        j = kept.end_jacobian(self.solution.linearization.distances)
+        return np.asarray(np.einsum("qi,qij,qj->q", j, kept.ends.gather(self.values), j))
 
     def _image_pairs(self, pair_map: WindowMap) -> FloatArray:
         observed = self.assembler.prepared.network.point_observations

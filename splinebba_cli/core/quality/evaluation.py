@@ -134,7 +134,7 @@ def _statistics(prepared: Prepared, solved: ConditionedSolution, numbers: Redund
     locations = len(prepared.network.curve_observations) - len(solved.solution.held)
     full = layout_of(prepared)
     datum = DATUM_DEFECT if settings.datum == "minimal" else 0
-    unknowns = int(full.reduced_mask().sum() + full.point_mask.sum()) + locations
+    unknowns = int(full.reduced_mask().sum() + full.eliminated_mask.sum()) + locations
     conditions = int(is_condition.sum()) + datum
     redundancy = equations + conditions - unknowns
     vtpv = at.cost * settings.sigma0_prior**2

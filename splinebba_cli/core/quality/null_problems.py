@@ -50,14 +50,13 @@ def null_problems(null: NullSpace, layout: ParameterLayout, network: Network) ->
 
 def _features(layout: ParameterLayout, network: Network) -> Iterable[IntArray]:
     """Numbers of the unknowns of every image, curve and point."""
-    reduced = int(layout.node_starts[-1])
     yield from np.arange(layout.image_mask.size).reshape(-1, ORIENTATION_SIZE)
     curve = np.repeat(layout.node_curve, layout.node_sizes)
     order = np.argsort(curve, kind="stable")
     bounds = np.searchsorted(curve[order], np.arange(len(network.curves) + 1))
     for k in range(len(network.curves)):
         yield order[bounds[k] : bounds[k + 1]]
-    yield from reduced + np.arange(layout.point_mask.size).reshape(-1, 3)
+    yield from layout.unknown_of_point
 
 
 def _of_feature(own: FloatArray, layout: ParameterLayout, network: Network) -> Problem:

@@ -72,7 +72,7 @@ class ObservationEffects:
         a = self.at.points.orientation[rows, axis] * layout.image_mask[image]
         out.reduced[6 * image[:, None] + np.arange(6), q] = a
         x = self.at.points.object_xyz[rows, axis] * layout.point_mask[point]
-        out.point[point[:, None], np.arange(3), q] = x
+        self._put(out, point, x)
         return out
 
     def orientation_priors(self, rows: IntArray, component: IntArray) -> EquationColumns:
@@ -87,8 +87,24 @@ class ObservationEffects:
     def point_priors(self, point: IntArray, axis: IntArray) -> EquationColumns:
         """Equations of control coordinates."""
         out = EquationColumns.empty(self.assembler, len(point))
-        out.point[point, axis, np.arange(len(point))] = self.assembler.point_inverse_sigma[point, axis]
+        rows = np.zeros((len(point), 3))
+        rows[np.arange(len(point)), axis] = self.assembler.point_inverse_sigma[point, axis]
+        self._put(out, point, rows)
         return out
+
+    def distances(self, rows: IntArray) -> EquationColumns:
+        """Equations of distances."""
+        kept, out = self.assembler.kept_points, EquationColumns.empty(self.assembler, len(rows))
+        place = (kept.end_unknowns[rows], np.arange(len(rows))[:, None])
+        np.add.at(out.reduced, place, kept.end_jacobian(self.at.distances)[rows])
+        return out
+
+    def _put(self, out: EquationColumns, point: IntArray, rows: FloatArray) -> None:
+        """Rows (q, 3) over the coordinates of points into their places."""
+        layout, q = self.assembler.layout, np.arange(len(point))
+        kept = layout.node_of_point[point] >= 0
+        out.reduced[layout.unknown_of_point[point[kept]], q[kept, None]] = rows[kept]
+        out.point[point[~kept, None], np.arange(3), q[~kept, None]] = rows[~kept]
 
     def coefficient_rows(self, rows: IntArray) -> EquationColumns:
         """Equations of given values of curves."""
@@ -124,6 +140,8 @@ class ObservationEffects:
             back = np.matmul(self.eliminated.coupling.transpose(0, 2, 1), orientation[observed.image])
             np.subtract.at(at_point, observed.point, back)
             moved = np.einsum("nij,njq->niq", self.eliminated.inverse, at_point)
-        point = moved * layout.point_mask[:, :, None]
+        point = moved * layout.eliminated_mask[:, :, None]
+        kept = layout.kept_points
+        point[kept] = reduced[layout.unknown_of_point[kept]]
         place = layout.unknown_of_coefficient[:, None] + np.arange(3)
         return Effects(orientation, reduced[place], point)

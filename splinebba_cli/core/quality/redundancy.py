@@ -25,6 +25,7 @@ class RedundancyNumbers:
     linked_along: FloatArray  # (n,) along the curve at linked points
     arc_lengths: FloatArray  # (q,)
     tangents: FloatArray  # (t,)
+    distances: FloatArray  # (d,)
     image_points: FloatArray  # (n, 2)
     orientation_priors: FloatArray  # (q, 6)
     point_priors: FloatArray  # (n_points, 3)
@@ -46,6 +47,7 @@ class RedundancyNumbers:
             self.linked_along,
             self.arc_lengths,
             self.tangents,
+            self.distances,
             self.image_points,
             self.orientation_priors,
             self.point_priors,
@@ -87,6 +89,7 @@ def redundancy_numbers(cofactors: Cofactors, linked: LinkedCofactors) -> Redunda
         linked_along=np.where(assembler.prepared.chains.linked, 1.0 - linked.along, 0.0),
         arc_lengths=1.0 - linked.arc,
         tangents=1.0 - linked.tangent,
+        distances=1.0 - cofactors.distance_leverage(),
         image_points=image_points,
         orientation_priors=np.where(priors.active, 1.0 - prior_leverage, 0.0),
         point_priors=np.where(weight > 0.0, 1.0 - point_leverage, 0.0),

@@ -70,19 +70,20 @@ def test_points_and_their_images() -> None:
     cofactors, _, inverse = systems()
     layout, sigma = cofactors.assembler.layout, sigma_of(inverse)
     observed = cofactors.assembler.prepared.network.point_observations
-    first = int(layout.node_starts[-1])
-    assert (layout.point_mask[0] == [1.0, 1.0, 0.0]).all()
+    place_of = layout.unknown_of_point
+    assert (layout.point_mask[0] == [1.0, 1.0, 0.0]).all() and len(layout.kept_points) == 5
     for point, block in enumerate(cofactors.points.own):
-        place = slice(first + 3 * point, first + 3 * point + 3)
-        assert scaled(block - inverse[place, place], sigma[place], sigma[place]) < TOLERANCE
+        place = place_of[point]
+        assert scaled(block - inverse[np.ix_(place, place)], sigma[place], sigma[place]) < TOLERANCE
     for row, (image, point) in enumerate(zip(observed.image, observed.point, strict=True)):
-        rows, columns = slice(6 * image, 6 * image + 6), slice(first + 3 * point, first + 3 * point + 3)
-        difference = cofactors.points.with_image[row] - inverse[rows, columns]
+        rows, columns = np.arange(6 * image, 6 * image + 6), place_of[point]
+        difference = cofactors.points.with_image[row] - inverse[np.ix_(rows, columns)]
         assert scaled(difference, sigma[rows], sigma[columns]) < TOLERANCE
 
 
 @pytest.mark.parametrize(
-    "kind", ["curve_rows", "image_points", "orientation_priors", "point_priors", "coefficient_rows"]
+    "kind",
+    ["curve_rows", "image_points", "distances", "orientation_priors", "point_priors", "coefficient_rows"],
 )
 def test_redundancy_numbers_of_every_kind(kind: str) -> None:
     """1 - diag(A Q A') in whitened units."""
@@ -91,6 +92,7 @@ def test_redundancy_numbers_of_every_kind(kind: str) -> None:
     found = {
         "curve_rows": numbers().curve_rows,
         "image_points": numbers().image_points.ravel(),
+        "distances": numbers().distances,
         "orientation_priors": numbers().orientation_priors[at.orientation_priors.active],
         "point_priors": numbers().point_priors[cofactors.assembler.point_inverse_sigma > 0.0],
         "coefficient_rows": numbers().coefficient_rows,

@@ -12,7 +12,7 @@ from splinebba_cli.core.estimation.block_matrix import BlockMatrix
 from splinebba_cli.core.estimation.gauss_markov import apply_step
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
 from splinebba_cli.core.estimation.parameters import layout_of
-from splinebba_cli.core.network import FloatArray
+from splinebba_cli.core.network import Distances, FloatArray
 from splinebba_cli.core.observations import second_order_rows as second_order
 from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows, value_rows
 from splinebba_cli.core.observations.locations import held_locations
@@ -111,7 +111,10 @@ def test_a_step_solves_the_whole_system() -> None:
     values, reduced_side, eliminated = assembler.eliminate(at, 0.0)
     reduced = assembler.symbolic(at.state).factorize(values).solve(reduced_side) * assembler.mask
     points = _point_step(assembler, eliminated, reduced)
-    found = np.concatenate([reduced, points.ravel()])
+    kept = assembler.layout.kept_points
+    np.testing.assert_array_equal(points[kept], reduced[assembler.layout.unknown_of_point[kept]])
+    points_behind = np.where((assembler.layout.node_of_point < 0)[:, None], points, 0.0)
+    found = np.concatenate([reduced, points_behind.ravel()])
     sigma = np.sqrt(np.diag(equations()[2].inverse))
     free = sigma > 0.0
     assert np.abs((found - whole)[free] / sigma[free]).max() < 1e-9 * np.linalg.norm(equations()[2].residual)
@@ -143,7 +146,7 @@ def test_stiffness_adds_its_share_of_the_equations_along(monkeypatch: pytest.Mon
 
 def test_a_network_without_points_or_without_curves() -> None:
     """The same equations where one of both is missing."""
-    network = mixed_network()[0]
+    network = replace(mixed_network()[0], distances=Distances.none())
     none = network.point_observations
     empty = replace(
         none, image=none.image[:0], point=none.point[:0], photo_xy=none.photo_xy[:0], sigma=none.sigma[:0]

@@ -15,9 +15,10 @@ import pytest
 
 from splinebba_cli.core import observations
 from splinebba_cli.core.curves.registry import FAMILIES, lasting_parameters
-from splinebba_cli.core.network import FloatArray
+from splinebba_cli.core.network import Distances, FloatArray
 from splinebba_cli.core.observations.coefficient_rows import CoefficientRows, gauge_rows, value_rows
 from splinebba_cli.core.observations.curve_points import linearize_curve_points
+from splinebba_cli.core.observations.distances import linearize_distances
 from splinebba_cli.core.observations.image_points import linearize_image_points
 from splinebba_cli.core.observations.orientation_priors import linearize_orientation_priors
 from splinebba_cli.core.observations.shape_conditions import shape_rows
@@ -232,6 +233,29 @@ def shape_conditions() -> Compared:
             yield found[q : q + 1], np.real(residual(x))
 
 
+def distances() -> Compared:
+    """Between points, between images, and from one to the other."""
+    state, generator = case().state, np.random.default_rng(13)
+    is_image = generator.uniform(size=(40, 2)) < 0.5
+    first = generator.integers(0, 12, 40)
+    station = np.stack([first, first + 1 + generator.integers(0, 11, 40)], axis=1)
+    given = Distances(station, is_image, generator.uniform(10.0, 500.0, 40), generator.uniform(0.01, 0.1, 40))
+    rows = linearize_distances(given, state)
+    for q in range(len(given)):
+        ends = [
+            (state.position if image else state.xyz)[k]
+            for k, image in zip(station[q], is_image[q], strict=True)
+        ]
+
+        def residual(x: complex_step.Array, q: int = q) -> complex_step.Array:
+            between = x[3:] - x[:3]
+            return np.array([(np.sqrt(between @ between) - given.length[q]) / given.sigma[q]])
+
+        x = np.concatenate(ends)
+        yield rows.jacobian[q].ravel(), complex_step.jacobian(residual, x)[0]
+        yield rows.residual[q : q + 1], np.real(residual(x))
+
+
 def whole_coefficient_residual(
     prepared: Prepared, table: CoefficientRows, q: int
 ) -> tuple[Callable[[complex_step.Array], complex_step.Array], slice]:
@@ -269,6 +293,7 @@ def tangent_at(number: int, breaks: FloatArray, values: FloatArray, u: float) ->
 KINDS: dict[str, Callable[[], Compared]] = {
     "curve_points": curve_points,
     "image_points": image_points,
+    "distances": distances,
     "orientation_priors": orientation_priors,
     "coefficient_rows": coefficient_rows,
     "shape_conditions": shape_conditions,

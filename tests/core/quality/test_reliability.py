@@ -79,7 +79,9 @@ def columns_of(kind: str) -> tuple[EquationColumns, FloatArray]:
     n_points, n_priors = at.points.residual.size, int(at.orientation_priors.active.sum())
     q, c = np.nonzero(at.orientation_priors.active)
     n, d = np.nonzero(cofactors.assembler.point_inverse_sigma > 0.0)
-    begin = {"spline": 0, "point": n_curve, "prior": n_curve + n_points}
+    n_distances = len(at.distances.residual)
+    begin = {"spline": 0, "point": n_curve, "distance": n_curve + n_points}
+    begin["prior"] = begin["distance"] + n_distances
     begin["control point"] = begin["prior"] + n_priors
     begin["control spline"] = begin["control point"] + len(n)
     first = rows[begin[kind] :]
@@ -89,6 +91,8 @@ def columns_of(kind: str) -> tuple[EquationColumns, FloatArray]:
         return effects.curve_rows(chosen), first[chosen]
     if kind == "point":
         return effects.image_points(chosen // 2, chosen % 2), first[chosen]
+    if kind == "distance":
+        return effects.distances(chosen), first[chosen]
     if kind == "prior":
         return effects.orientation_priors(q[chosen], c[chosen]), first[chosen]
     if kind == "control point":
@@ -96,7 +100,7 @@ def columns_of(kind: str) -> tuple[EquationColumns, FloatArray]:
     return effects.coefficient_rows(chosen), first[chosen]
 
 
-@pytest.mark.parametrize("kind", ["spline", "point", "prior", "control point", "control spline"])
+@pytest.mark.parametrize("kind", ["spline", "point", "distance", "prior", "control point", "control spline"])
 def test_effects_of_errors_equal_the_dense_solution(kind: str) -> None:
     cofactors, _, inverse, _ = systems()
     columns, rows = columns_of(kind)
@@ -106,11 +110,10 @@ def test_effects_of_errors_equal_the_dense_solution(kind: str) -> None:
     sigma = np.sqrt(np.diag(inverse))
     sigma[sigma == 0.0] = 1.0
     layout = cofactors.assembler.layout
-    first = int(layout.node_starts[-1])
     for values, place in (
         (found.orientation.reshape(-1, 3), np.arange(layout.image_mask.size)),
         (found.coefficients.reshape(-1, 3), (layout.unknown_of_coefficient[:, None] + np.arange(3)).ravel()),
-        (found.point.reshape(-1, 3), first + np.arange(layout.point_mask.size)),
+        (found.point.reshape(-1, 3), layout.unknown_of_point.ravel()),
     ):
         difference = (values - expected[place]) / sigma[place][:, None]
         assert np.abs(difference).max() < TOLERANCE * 3.0
