@@ -15,8 +15,8 @@ INTRODUCTION = Path(__file__).with_name("file-format.intro.md")
 ORDER = (
     "ProjectInfo", "Camera", "Distortion", "Affinity", "Image", "Orientation", "PriorOrientation",
     "OrientationSigma", "ImageTable", "Spline", "Held", "NumberTable", "SplineTable", "Point", "PointTable",
-    "Observations", "SplineGroup", "PointGroup", "ArcLengthGroup", "TangentGroup",
-    "Adjustment", "Knots",
+    "Observations", "SplineGroup", "PointGroup", "ArcLengthGroup", "TangentGroup", "DistanceGroup",
+    "Adjustment", "DatumFeatures", "Knots",
     "LocalTests",
     "Outliers", "Acceptance", "Simulation",
 )  # fmt: skip

@@ -25,6 +25,7 @@ from splinebba_cli.core.observations.shape_conditions import control_rows
 from splinebba_cli.core.observations.structural_locations import structural_state
 from splinebba_cli.core.quality.determinacy import require_determined, require_rank, weak_images
 from splinebba_cli.core.quality.evaluation import Adjusted, evaluate
+from splinebba_cli.core.quality.inner_datum import fitted_state
 from splinebba_cli.core.result import AdjustmentResult, Iteration, Problem
 from splinebba_cli.core.state import Prepared, State, initial_coefficients, prepare
 from splinebba_cli.errors import NotConvergedError, SingularNetworkError
@@ -64,10 +65,12 @@ def adjust(
             observer(iteration)
 
     prepared = prepare(network)
-    state, problems = starting_state(prepared)
+    start, problems = starting_state(prepared)
     started = time.perf_counter()
-    prepared, state = _staged(prepared, state, record)
+    prepared, state = _staged(prepared, start, record)
     prepared, solved = _final(prepared, state, record)
+    if network.settings.datum == "inner":
+        solved = _with_inner_datum(prepared, solved, start, record)
     solution_end = time.perf_counter()
     adjusted = Adjusted(prepared, solved, problems, tuple(log))
     result = evaluate(adjusted, full_dispersion=full_dispersion)
@@ -156,8 +159,8 @@ def _solve(
 
 def _layout(prepared: Prepared, state: State) -> ParameterLayout:
     layout = layout_of(prepared)
-    if prepared.network.settings.datum == "minimal":
-        layout = minimal_datum(layout, state)
+    if prepared.network.settings.datum != "control":
+        layout = minimal_datum(prepared, layout, state)
     return layout
 
 
@@ -175,6 +178,17 @@ def _final(prepared: Prepared, state: State, record: Observer) -> tuple[Prepared
         raise NotConvergedError([problem]) from error
     require_determined(prepared, solved)
     return prepared, solved
+
+
+def _with_inner_datum(
+    prepared: Prepared, solved: ConditionedSolution, start: State, record: Observer
+) -> ConditionedSolution:
+    """The same solution moved so that the features of the datum fit their approximate values."""
+    reference = replace(start, coefficients=initial_coefficients(prepared))
+    state = fitted_state(prepared, solved.solution.state, reference)
+    moved = _solve(prepared, state, record, "datum", select=True)
+    require_determined(prepared, moved)
+    return moved
 
 
 def _require_rank(prepared: Prepared, state: State) -> None:

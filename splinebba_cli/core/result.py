@@ -164,7 +164,7 @@ class ResidualTable:
 
 @dataclass(frozen=True)
 class ScalarResiduals:
-    """Residuals v = adjusted - measured of arc lengths (mm) or tangents (rad), in the measured photo frame."""
+    """Residuals v = adjusted - measured: arc lengths (mm), tangents (rad) as measured in the photo, distances (m)."""
 
     residual: FloatArray  # (q,)
     sigma: FloatArray  # (q,)
@@ -253,6 +253,7 @@ class AdjustmentResult:
     dispersion: DispersionBlocks | None = None
     arc_residuals: ScalarResiduals = field(default_factory=ScalarResiduals.none)
     tangent_residuals: ScalarResiduals = field(default_factory=ScalarResiduals.none)
+    distance_residuals: ScalarResiduals = field(default_factory=ScalarResiduals.none)
     evidence: Evidence = field(default_factory=Evidence)
     revision: Revision = field(default_factory=Revision)
     timings: dict[str, float] = field(default_factory=dict)

@@ -73,7 +73,7 @@ def _summary(kind: _Kind, ratio: float) -> dict[str, Any]:
 
 def _kinds(result: AdjustmentResult) -> list[_Kind]:
     points, curves = result.point_residuals, result.curve_residuals
-    arcs, tangents = result.arc_residuals, result.tangent_residuals
+    arcs, tangents, distances = result.arc_residuals, result.tangent_residuals, result.distance_residuals
     along: BoolArray = ~np.isnan(curves.reliability.minimal_detectable_bias[:, 1])
     across_of = (
         curves.redundancy[:, 0],
@@ -94,6 +94,10 @@ def _kinds(result: AdjustmentResult) -> list[_Kind]:
         _Kind(
             "tangents", "deg", tangents.redundancy, DEGREES * tangents.reliability.minimal_detectable_bias,
             tangents.standardized,
+        ),
+        _Kind(
+            "distances", "m", distances.redundancy, distances.reliability.minimal_detectable_bias,
+            distances.standardized,
         ),
         *_prior_kinds(result),
     ]  # fmt: skip

@@ -3,6 +3,7 @@
     image points of points    per coordinate: rms = sqrt(Σ (v_x² + v_y²) / 2n), max = largest |v_x| or |v_y|
     image points on splines   across the curve: rms = sqrt(Σ v_n² / n), max = largest |v_n|
     arc lengths, tangents     rms = sqrt(Σ v² / n), max = largest |v|, mm or degrees
+    distances                 the same in metres
 
 The along-curve part of an image point on a spline is taken up by its own location and says nothing.
 """
@@ -115,11 +116,12 @@ def _rows_of(index: IntArray, count: int) -> list[IntArray]:
 
 
 def _linked(result: AdjustmentResult) -> list[Summary]:
-    """Per group of arc lengths (mm) and tangents (degrees): count, rms, largest, redundancy."""
+    """Per group of arc lengths (mm), tangents (degrees), distances (m): count, rms, largest, redundancy."""
     out = []
     for kind, unit, factor, observed, found in (
         ("arc lengths", "mm", 1.0, result.network.arc_lengths, result.arc_residuals),
         ("tangents", "deg", 180.0 / np.pi, result.network.tangents, result.tangent_residuals),
+        ("distances", "m", 1.0, result.network.distances, result.distance_residuals),
     ):
         if not len(observed):
             continue

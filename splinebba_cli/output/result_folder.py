@@ -30,6 +30,7 @@ _OWN_TABLES = frozenset(
         "residuals",
         "arc_residuals",
         "tangent_residuals",
+        "distance_residuals",
         "prior_residuals",
     }
 )

@@ -218,7 +218,23 @@ def linked_residuals_tables(result: AdjustmentResult) -> tuple[Table, ...]:
         columns += _scalar_columns(result.tangent_residuals, "deg", factor, _ANGLE)
         columns.append(Column("directed", ["true" if s else "false" for s in tangents.directed]))
         found.append(Table("tangent_residuals", tuple(columns)))
+    if len(network.distances):
+        found.append(_distances_table(result))
     return tuple(found)
+
+
+def _distances_table(result: AdjustmentResult) -> Table:
+    """One row a distance, metres."""
+    network, given = result.network, result.network.distances
+    columns = []
+    for end, name in enumerate(("from", "to")):
+        station = zip(given.is_image[:, end], given.station[:, end], strict=True)
+        ids = [(network.images if image else network.points).ids[k] for image, k in station]
+        columns.append(Column(name, ids))
+    columns.append(Column("between", ["images" if image else "points" for image in given.is_image[:, 0]]))
+    columns += [Column("measured_m", given.length), Column("sigma_m", given.sigma)]
+    columns += _scalar_columns(result.distance_residuals, "m", 1.0, "%.9g")
+    return Table("distance_residuals", tuple(columns))
 
 
 def _seen_columns(result: AdjustmentResult, point: IntArray) -> list[Column]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence, Sized
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ from splinebba_cli.core.network import ArcLengths, FloatArray, IntArray, Tangent
 from splinebba_cli.project.build_cameras import PhotoFrame
 from splinebba_cli.project.build_context import Building
 from splinebba_cli.project.build_curves import CurveRows
+from splinebba_cli.project.build_groups import group_numbers, sigma_column
 from splinebba_cli.project.build_images import ANGLE_FACTORS, ImageRows
 from splinebba_cli.project.build_observations import ObservationRows
 from splinebba_cli.project.diagnostics import Place
@@ -113,7 +114,7 @@ def read_arc_lengths(
     kept[kept] = renumbered[first[kept]] >= 0
     return ArcLengths(
         renumbered[first[kept]], renumbered[second[kept]], length[kept], sigma[kept], simpson[kept],
-        _group_numbers(parts)[kept], tuple(names),
+        group_numbers(parts)[kept], tuple(names),
     )  # fmt: skip
 
 
@@ -134,7 +135,7 @@ def read_tangents(
             unit = "deg"
         point = marks.points(table, "at")
         direction = table.numbers("direction") * ANGLE_FACTORS[unit]
-        sigma = _sigma_column(group.sigma, table, "sigma", path, building) * ANGLE_FACTORS[unit]
+        sigma = sigma_column(group.sigma, table, "sigma", path, building) * ANGLE_FACTORS[unit]
         turned = _in_photo(direction, group, marks.image_of(point), images, frames)
         parts.append((point, turned, sigma, np.full(table.rows, group.directed)))
         tables.append(table)
@@ -150,13 +151,9 @@ def read_tangents(
     kept = point >= 0
     kept[kept] = renumbered[point[kept]] >= 0
     return Tangents(
-        renumbered[point[kept]], direction[kept], sigma[kept], directed[kept], _group_numbers(parts)[kept],
+        renumbered[point[kept]], direction[kept], sigma[kept], directed[kept], group_numbers(parts)[kept],
         tuple(names),
     )  # fmt: skip
-
-
-def _group_numbers(parts: Sequence[tuple[Sized, ...]]) -> IntArray:
-    return np.concatenate([np.full(len(part[0]), k, dtype=np.int64) for k, part in enumerate(parts)])
 
 
 def _place(tables: Sequence[Table], row: int, column: str) -> Place:
@@ -253,32 +250,12 @@ def _length_sigma(
         building.collector.error(code, what, place, help)
         return np.ones(table.rows)
     name = units.pop()
-    sigma = _sigma_column(getattr(group, name), table, name, path, building)
+    sigma = sigma_column(getattr(group, name), table, name, path, building)
     if name == "sigma_px":
         for rows, frame, _ in _frame_of(group, image, images, frames):
             sigma[rows] *= _square_pixel(frame, path, building)
         return sigma
     return sigma * (1e-3 if name == "sigma_um" else 1.0)
-
-
-def _sigma_column(
-    value: float | None, table: Table, column: str, path: YamlPath, building: Building
-) -> FloatArray:
-    """σ of the group, or of its column where there is one, (n,)."""
-    sigma = np.full(table.rows, np.nan if value is None else value)
-    if table.has(column):
-        own = table.sigmas(column)
-        for row in np.flatnonzero((own == 0.0) | np.isinf(own))[:1]:
-            building.collector.error(
-                "SBB309", f"`{column}` must be a number", table.place_of(int(row), column)
-            )
-        sigma = np.where(np.isnan(own), sigma, own)
-    for row in np.flatnonzero(np.isnan(sigma))[:1]:
-        place = table.place_of(int(row), column) if table.has(column) else building.source.place(path)
-        building.collector.error(
-            "SBB202", "a measurement without σ", place, f"`{column}` of the group or column"
-        )
-    return np.where(np.isfinite(sigma) & (sigma > 0.0), sigma, 1.0)
 
 
 def _in_photo(

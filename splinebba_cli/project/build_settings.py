@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from splinebba_cli.core.network import KnotPolicy, Settings
+from splinebba_cli.core.network import DatumFeatures, KnotPolicy, Settings
 from splinebba_cli.core.settings import LocalTesting, OutlierPolicy, WeightPolicy
 from splinebba_cli.project.model_adjustment import Adjustment
 
@@ -11,6 +11,7 @@ def settings_of(adjustment: Adjustment) -> Settings:
     """Settings of the core."""
     return Settings(
         datum=adjustment.datum,
+        datum_features=_datum_features(adjustment),
         sigma0_prior=adjustment.sigma0_prior,
         alpha=adjustment.alpha,
         max_iterations=adjustment.max_iterations,
@@ -29,3 +30,11 @@ def settings_of(adjustment: Adjustment) -> Settings:
         confidence=adjustment.confidence,
         correlation_threshold=adjustment.correlation_threshold,
     )
+
+
+def _datum_features(adjustment: Adjustment) -> DatumFeatures | None:
+    features = adjustment.datum_features
+    if features is None:
+        return None
+    named = (features.points, features.images, features.splines)
+    return DatumFeatures(*(None if names == "all" else tuple(names) for names in named))

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from splinebba_cli.project.scalars import Model, PositiveNumber
+from splinebba_cli.project.scalars import Model, PositiveNumber, Text
 
 
 class Knots(Model):
@@ -19,6 +19,20 @@ class Knots(Model):
         default=False, description="Insert knots where residuals along a curve are systematic."
     )
     drop: bool = Field(default=False, description="Drop knots that no measurement supports.")
+
+
+class DatumFeatures(Model):
+    """Over which coordinates inner constraints run: the trace of their dispersion is the smallest of all datums."""
+
+    points: Literal["all"] | list[Text] = Field(
+        default_factory=list, description="Points whose free coordinates carry the datum, or all."
+    )
+    images: Literal["all"] | list[Text] = Field(
+        default_factory=list, description="Images whose perspective centres carry the datum, or all."
+    )
+    splines: Literal["all"] | list[Text] = Field(
+        default_factory=list, description="Splines whose knots carry the datum, or all."
+    )
 
 
 class LocalTests(Model):
@@ -67,8 +81,15 @@ class Outliers(Model):
 class Adjustment(Model):
     """Settings of the adjustment."""
 
-    datum: Literal["control", "minimal"] = Field(
-        default="control", description="control: by control and priors; minimal: seven minimal constraints."
+    datum: Literal["control", "minimal", "inner"] = Field(
+        default="control",
+        description="control: by control and priors; minimal: some orientation unknowns are held, as many as nothing "
+        "determines; inner: a free network, its datum spread over `datum_features` as their approximate values are.",
+    )
+    datum_features: DatumFeatures | None = Field(
+        default=None,
+        description="Which features carry an inner datum; default: all points, or all images where there are fewer "
+        "than three points.",
     )
     max_iterations: int = Field(default=50, ge=1, le=10_000, description="Largest number of iterations.")
     alpha: PositiveNumber = Field(default=0.05, lt=1, description="Level of significance of the tests.")

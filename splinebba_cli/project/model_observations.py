@@ -86,6 +86,22 @@ class TangentGroup(TableOrRows):
     )
 
 
+class DistanceGroup(TableOrRows):
+    """Lengths in the object: scale bars between points, or bases between images: columns from, to, length [, sigma_m].
+
+    They fix the scale of a network that has no control.
+    """
+
+    name: Text | None = Field(default=None, description="Name of the group, for residual statistics.")
+    between: Literal["points", "images"] = Field(
+        default="points",
+        description="points: `from` and `to` are points of the project; images: perspective centres of images.",
+    )
+    sigma_m: PositiveNumber | None = Field(
+        default=None, description="σ of the lengths, m; or a column `sigma_m`."
+    )
+
+
 class Observations(Model):
     """All measurements."""
 
@@ -99,4 +115,7 @@ class Observations(Model):
     )
     tangents: list[TangentGroup] = Field(
         default_factory=list, description="Directions of projected splines at measured points."
+    )
+    distances: list[DistanceGroup] = Field(
+        default_factory=list, description="Lengths between points or between perspective centres, m."
     )

@@ -19,6 +19,7 @@ from splinebba_cli.core.network import (
 from splinebba_cli.project.build_cameras import build_cameras
 from splinebba_cli.project.build_context import Building
 from splinebba_cli.project.build_curves import CurveRows, position_rows, read_curves, shifted
+from splinebba_cli.project.build_distances import read_distances
 from splinebba_cli.project.build_images import ImageRows, build_images, check_images, read_images
 from splinebba_cli.project.build_linked import Marks, read_arc_lengths, read_tangents
 from splinebba_cli.project.build_observations import (
@@ -71,6 +72,7 @@ def build_network(building: Building) -> Network | None:
         numbers = kept_rows(on_curves, _renumbered(kept_curves))
         arc_lengths = read_arc_lengths(building, images, marks, frames, numbers)
         tangents = read_tangents(building, images, marks, frames, numbers)
+    distances = read_distances(building, images, points, _renumbered(kept_points))
     if building.collector.has_errors:
         return None
     return Network(
@@ -86,6 +88,7 @@ def build_network(building: Building) -> Network | None:
         settings=settings_of(building.model.adjustment),
         arc_lengths=arc_lengths,
         tangents=tangents,
+        distances=distances,
     )
 
 

@@ -177,3 +177,16 @@ def tangents_table(network: Network, marks: IntArray, rows: IntArray, angle_unit
         for k in rows
     ]
     return csv_text(["image", "spline", "at", "direction", "sigma"], lines)
+
+
+def distances_table(network: Network, rows: IntArray) -> str:
+    """Table of distances, m."""
+    given = network.distances
+    lines = []
+    for k in rows:
+        ends = [
+            (network.images if image else network.points).ids[station]
+            for image, station in zip(given.is_image[k], given.station[k], strict=True)
+        ]
+        lines.append([*ends, number(given.length[k]), number(given.sigma[k])])
+    return csv_text(["from", "to", "length", "sigma_m"], lines)

@@ -16,13 +16,13 @@ from splinebba_cli.core.network import (
     CurveObservations,
     Network,
     PointObservations,
-    Settings,
 )
 from splinebba_cli.errors import OutputError
 from splinebba_cli.project.model import FORMAT_VERSION
 from splinebba_cli.project.network_tables import (
     arc_lengths_table,
     curve_tables,
+    distances_table,
     images_table,
     marks_of,
     observations_table,
@@ -30,6 +30,7 @@ from splinebba_cli.project.network_tables import (
     tangents_table,
 )
 from splinebba_cli.project.scalars import sigma_as_written
+from splinebba_cli.project.settings_writer import adjustment_section
 from splinebba_cli.project.yaml_writing import project_yaml
 
 
@@ -130,7 +131,9 @@ def project_files(
         if len(rows):
             data["observations"][key] = _groups(network, rows, key, files)
     data["observations"] |= _linked_groups(network, angle_unit, files)
-    data["adjustment"] = _adjustment(network.settings)
+    if len(network.distances):
+        data["observations"]["distances"] = _distance_groups(network, files)
+    data["adjustment"] = adjustment_section(network.settings)
     if acceptance:
         data["acceptance"] = dict(acceptance)
     if simulation:
@@ -223,6 +226,18 @@ def _linked_groups(network: Network, angle_unit: str, files: dict[str, str]) -> 
     return out
 
 
+def _distance_groups(network: Network, files: dict[str, str]) -> list[dict[str, str]]:
+    """Distances between points and between images, each with its table."""
+    out = []
+    of_images = network.distances.is_image.all(axis=1)
+    for kind, chosen in (("points", ~of_images), ("images", of_images)):
+        if chosen.any():
+            file = f"distances_{kind}.csv"
+            files[file] = distances_table(network, np.flatnonzero(chosen))
+            out.append({"table": file, "between": kind})
+    return out
+
+
 def _groups(network: Network, rows: Any, key: str, files: dict[str, str]) -> list[dict[str, str]]:
     """One table for each group of observations, in the order of the groups."""
     names = rows.group_names or (key.replace("_", " "),)
@@ -245,24 +260,3 @@ def _groups(network: Network, rows: Any, key: str, files: dict[str, str]) -> lis
         files[file] = observations_table(network, replace(rows, group=None, group_names=(), **changes), marks)
         out.append({"name": name, "table": file})
     return out
-
-
-def _adjustment(settings: Settings) -> dict[str, Any]:
-    out: dict[str, Any] = {
-        key: getattr(settings, key)
-        for key in (
-            "datum",
-            "max_iterations",
-            "alpha",
-            "sigma0_prior",
-            "gauge_sigma_m",
-            "scale_dispersion",
-            "staged",
-        )
-        if getattr(settings, key) is not None
-    }
-    if settings.gauge_conditions != "needed":
-        out["gauge_conditions"] = settings.gauge_conditions
-    knots = settings.knots
-    policy = {key: getattr(knots, key) for key in ("spacing_m", "insert", "drop") if getattr(knots, key)}
-    return {**out, "knots": policy} if policy else out

@@ -71,7 +71,7 @@ def _groups_table(residuals: dict[str, Any]) -> Table:
 
 
 def _linked_table(linked: list[dict[str, Any]]) -> Table:
-    """Arc lengths and tangents, one row a group."""
+    """Arc lengths, tangents and distances, one row a group."""
     columns = (
         Column("Group", numeric=False),
         Column("Kind", numeric=False),
@@ -84,11 +84,16 @@ def _linked_table(linked: list[dict[str, Any]]) -> Table:
     for group in linked:
         if group["unit"] == "deg":
             texts = [f"{group[key]:.3f}°" for key in ("rms", "max")]
+        elif group["unit"] == "m":
+            scale = length_scale([group["rms"]])
+            texts = [scale.text(group[key]) for key in ("rms", "max")]
         else:
             texts = [f"{1e3 * group[key]:.2f} µm" for key in ("rms", "max")]
         rows.append((group["group"], group["kind"], group["n"], *texts, group["redundancy"]))
-    note = "They come from the same edge pixels as the points and are correlated with them."
-    return Table("Arc lengths and tangents", columns, tuple(rows), note=note)
+    note = (
+        "Arc lengths and tangents come from the same edge pixels as the points and are correlated with them."
+    )
+    return Table("Arc lengths, tangents and distances", columns, tuple(rows), note=note)
 
 
 def _lengths(summary: dict[str, Any], pixels: bool) -> list[Cell]:

@@ -183,7 +183,7 @@ def statistics_section(data: ResultData) -> Section:
         Fact(
             "Observations",
             f"{s['observations']}",
-            "image coordinates, arc lengths, tangents, control, priors",
+            "image coordinates, arc lengths, tangents, distances, control, priors",
         ),
         Fact("Unknowns", f"{s['unknowns']}", "locations on splines included"),
         Fact(

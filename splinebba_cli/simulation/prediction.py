@@ -79,8 +79,8 @@ def _solved(prepared: Prepared, design: Design) -> ConditionedSolution:
     """The factor at the truth with the conditions that an adjustment keeps."""
     settings, state = prepared.network.settings, _located(prepared, true_state(prepared, design.truth))
     layout = layout_of(prepared)
-    if settings.datum == "minimal":
-        layout = minimal_datum(layout, state)
+    if settings.datum != "control":
+        layout = minimal_datum(prepared, layout, state)
     held = held_locations(prepared, state.location)
     control = control_rows(prepared, layout.coefficient_mask)
     gauge = gauge_rows(prepared, layout.coefficient_mask, settings.gauge_sigma_m)

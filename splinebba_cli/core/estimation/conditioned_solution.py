@@ -1,4 +1,4 @@
-"""A solution with no more gauge conditions than needed (see datum.py)."""
+"""A solution with no more gauge conditions than needed (see gauge.py)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinebba_cli.core.curves.registry import FAMILIES, TIGHT
-from splinebba_cli.core.estimation.datum import jointly_needed, needed_conditions
+from splinebba_cli.core.estimation.gauge import jointly_needed, needed_conditions
 from splinebba_cli.core.estimation.gauss_markov import Observer, Solution, solve
 from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.estimation.parameters import ParameterLayout

@@ -18,6 +18,7 @@ from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.estimation.parameters import ORIENTATION_SIZE
 from splinebba_cli.core.estimation.window_map import WindowMap
 from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.quality.inner_datum import STransformation
 
 
 @dataclass(frozen=True)
@@ -37,13 +38,16 @@ class CurveLeverage:
 
 
 class Cofactors:
-    """Blocks of the inverse of the full normal matrix at the solution."""
+    """Blocks of the inverse of the full normal matrix at the solution, in the inner datum where one is given."""
 
-    def __init__(self, assembler: Assembler, solution: Solution) -> None:
+    def __init__(
+        self, assembler: Assembler, solution: Solution, datum: STransformation | None = None
+    ) -> None:
         if solution.factor is None or solution.eliminated is None:
             raise ValueError("no factor: the estimation did not converge")
         self.assembler = assembler
         self.solution = solution
+        self.datum = datum
         inverse = solution.factor.selected_inverse()
         self.values: FloatArray = inverse.values
 
@@ -55,10 +59,21 @@ class Cofactors:
         place = structure.offsets[structure.find(nodes, nodes)][:, None] + np.arange(ORIENTATION_SIZE**2)
         blocks = self.values[place].reshape(-1, ORIENTATION_SIZE, ORIENTATION_SIZE)
         mask = layout.image_mask
-        return np.asarray(blocks * mask[:, :, None] * mask[:, None, :])
+        blocks = blocks * mask[:, :, None] * mask[:, None, :]
+        return blocks if self.datum is None else self.datum.of_images(blocks)
+
+    @property
+    def image_mask(self) -> FloatArray:
+        """1 for orientation unknowns that have a dispersion, (m, 6)."""
+        return self.assembler.layout.image_mask if self.datum is None else self.datum.image_mask
 
     def coefficient_windows(self, columns: IntArray) -> FloatArray:
         """Q of the coefficients under windows (G, w), (G, 3 w, 3 w); pairs must lie in the pattern."""
+        blocks = self.solved_windows(columns)
+        return blocks if self.datum is None else self.datum.of_coefficients(blocks, columns)
+
+    def solved_windows(self, columns: IntArray) -> FloatArray:
+        """The same in the datum of the solution, to which its gauge conditions belong."""
         window = WindowMap.of(self.assembler.structure, self.assembler.slots_of_columns(columns))
         mask = self.assembler.layout.coefficient_mask[columns].reshape(len(columns), -1)
         return window.gather(self.values) * mask[:, :, None] * mask[:, None, :]
@@ -73,7 +88,21 @@ class Cofactors:
             inner = np.matmul(block, self.values[windows.window.index[groups]])
             leverage[rows] = np.sum(inner * block, axis=2)
             reached[rows] = inner[:, :, :size]
+        if self.datum is not None and size:
+            reached[:-1] -= self._reached_by_datum(self.datum)
         return CurveLeverage(leverage[:-1], reached[:-1])
+
+    def _reached_by_datum(self, datum: STransformation) -> FloatArray:
+        """G_i H'a' of the equations of curve points, (k, 6)."""
+        at, layout = self.solution.linearization, self.assembler.layout
+        columns = self.assembler.prepared.curves.columns[at.curve.segment]
+        image, local = at.curve.image, at.curve_jacobian[:, self.assembler.orientation_size : -1]
+        onto = np.einsum(
+            "ki,kid->kd", at.curve.orientation * datum.image_mask[image], datum.partner.orientation[image]
+        )
+        partner = datum.partner.coefficients * layout.coefficient_mask[:, :, None]
+        onto += np.einsum("kp,kpd->kd", local, partner[columns].reshape(*local.shape, -1))
+        return np.asarray(np.einsum("kid,kd->ki", datum.columns.directions.orientation[image], onto))
 
     @cached_property
     def points(self) -> PointCofactors:
@@ -97,6 +126,9 @@ class Cofactors:
         np.subtract.at(with_image, b, np.matmul(blocks[other].transpose(0, 2, 1), back[a].transpose(0, 2, 1)))
         np.subtract.at(own, observed.point, np.matmul(back, with_image))
         self._take_kept(own, with_image)
+        if self.datum is not None:
+            own = self.datum.of_points(own)
+            with_image = self.datum.of_points_with_images(with_image, observed.image, observed.point)
         return PointCofactors(own, with_image)
 
     def _take_kept(self, own: FloatArray, with_image: FloatArray) -> None:

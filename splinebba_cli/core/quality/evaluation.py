@@ -9,7 +9,6 @@ import numpy as np
 from splinebba_cli.core.curves.registry import FAMILIES, TIGHT, lasting_parameters
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution, joint_cofactors
 from splinebba_cli.core.estimation.counts import count_equations
-from splinebba_cli.core.estimation.datum import DATUM_DEFECT
 from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.evidence import Evidence
 from splinebba_cli.core.network import BoolArray, FloatArray, Network
@@ -24,13 +23,21 @@ from splinebba_cli.core.quality.findings import findings
 from splinebba_cli.core.quality.full_dispersion import dispersion_blocks
 from splinebba_cli.core.quality.global_test import global_test
 from splinebba_cli.core.quality.influences import influences
+from splinebba_cli.core.quality.inner_datum import STransformation
 from splinebba_cli.core.quality.linked_cofactors import linked_cofactors
 from splinebba_cli.core.quality.location_precision import location_cofactors
+from splinebba_cli.core.quality.observation_effects import ObservationEffects
 from splinebba_cli.core.quality.orientation_dispersion import eop_dispersion, eop_values
 from splinebba_cli.core.quality.prior_residuals import prior_residuals
-from splinebba_cli.core.quality.redundancy import RedundancyNumbers, orientation_weights, redundancy_numbers
+from splinebba_cli.core.quality.redundancy import RedundancyNumbers, redundancy_numbers
 from splinebba_cli.core.quality.reliability import delta0_of, local_tests_of
-from splinebba_cli.core.quality.residual_tables import arc_table, curve_table, point_table, tangent_table
+from splinebba_cli.core.quality.residual_tables import (
+    arc_table,
+    curve_table,
+    distance_table,
+    point_table,
+    tangent_table,
+)
 from splinebba_cli.core.result import (
     AdjustmentResult,
     Checks,
@@ -59,7 +66,7 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
     """Everything that follows from a solution."""
     prepared, solved = adjusted.prepared, adjusted.solved
     network, solution = prepared.network, solved.solution
-    cofactors = Cofactors(solved.assembler, solution)
+    cofactors = Cofactors(solved.assembler, solution, _datum(prepared, solved))
     linked = linked_cofactors(cofactors)
     numbers = redundancy_numbers(cofactors, linked)
     statistics = _statistics(prepared, solved, numbers)
@@ -70,7 +77,7 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
     delta0 = delta0_of(network.settings.testing, numbers.tested(conditions))
     residuals = curve_table(prepared, solved, numbers, locations, delta0)
     on_points = point_table(prepared, solved, numbers, delta0)
-    worst = influences(solved, numbers, orientation_weights(cofactors), residuals, on_points, delta0)
+    worst = influences(cofactors, solved, numbers, residuals, on_points, delta0)
     curves = curve_results(cofactors, samples, residuals, scale)
     state = solution.state
     points = cofactors.points.own * scale
@@ -82,7 +89,7 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
         eop=eop,
         rotation=state.rotation,
         dispersion=eop_dispersion(network.images, state.rotation, cofactors.images * scale),
-        estimated=solved.assembler.layout.image_mask > 0.0,
+        estimated=cofactors.image_mask > 0.0,
     )
     result = AdjustmentResult(
         network=_with_knot_parameters(prepared),
@@ -101,6 +108,7 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
         curve_residuals=residuals,
         arc_residuals=arc_table(prepared, solved, numbers, delta0),
         tangent_residuals=tangent_table(prepared, solved, numbers, delta0),
+        distance_residuals=distance_table(prepared, solved, numbers, delta0),
         prior_residuals=prior_residuals(prepared, solved, numbers, delta0),
         checks=checks,
         problems=adjusted.problems,
@@ -118,6 +126,13 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
     )
 
 
+def _datum(prepared: Prepared, solved: ConditionedSolution) -> STransformation | None:
+    """The way from the datum of the solution to an inner one, where that is wanted."""
+    if prepared.network.settings.datum != "inner":
+        return None
+    return STransformation.at(prepared, ObservationEffects(solved.assembler, solved.solution))
+
+
 def dispersion_scale(network: Network, statistics: Statistics) -> float:
     """Factor of the cofactors (which belong to weights 1/sigma^2)."""
     if not network.settings.scale_dispersion or statistics.redundancy < 1:
@@ -133,7 +148,7 @@ def _statistics(prepared: Prepared, solved: ConditionedSolution, numbers: Redund
     equations = count_equations(assembler, at) - int((component == SHAPE).sum())
     locations = len(prepared.network.curve_observations) - len(solved.solution.held)
     full = layout_of(prepared)
-    datum = DATUM_DEFECT if settings.datum == "minimal" else 0
+    datum = int(full.image_mask.sum() - assembler.layout.image_mask.sum())
     unknowns = int(full.reduced_mask().sum() + full.eliminated_mask.sum()) + locations
     conditions = int(is_condition.sum()) + datum
     redundancy = equations + conditions - unknowns

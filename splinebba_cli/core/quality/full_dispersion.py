@@ -29,6 +29,8 @@ def dispersion_blocks(cofactors: Cofactors, scale: float) -> DispersionBlocks:
         raise ValueError("no factor")
     mask = assembler.mask
     inverse = solution.factor.solve(np.eye(size)) * mask[:, None] * mask[None, :]
+    if cofactors.datum is not None:
+        inverse = cofactors.datum.of_reduced(inverse, layout)
     names, rows = [], []
     transform = eop_transform(network.images, solution.state.rotation)
     for k, id_ in enumerate(network.images.ids):

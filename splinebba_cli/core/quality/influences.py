@@ -15,11 +15,12 @@ import numpy as np
 
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
 from splinebba_cli.core.evidence import Influence, ObservationKind
-from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.network import FloatArray, IntArray, Network
 from splinebba_cli.core.observations.coefficient_rows import GAUGE
+from splinebba_cli.core.quality.cofactors import Cofactors
 from splinebba_cli.core.quality.observation_effects import Effects, EquationColumns, ObservationEffects
 from splinebba_cli.core.quality.prior_residuals import AXES, EOP_NAMES
-from splinebba_cli.core.quality.redundancy import RedundancyNumbers
+from splinebba_cli.core.quality.redundancy import RedundancyNumbers, orientation_weights
 from splinebba_cli.core.quality.reliability import CONTROLLED
 from splinebba_cli.core.result import ResidualTable
 from splinebba_cli.core.state import Prepared, State
@@ -40,9 +41,9 @@ class _Candidates:
 
 
 def influences(
+    cofactors: Cofactors,
     solved: ConditionedSolution,
     numbers: RedundancyNumbers,
-    orientation_weights: FloatArray,
     curves: ResidualTable,
     points: ResidualTable,
     delta0: float,
@@ -51,18 +52,18 @@ def influences(
 
     Parameters
     ----------
-    orientation_weights : (m, 6, 6) inverse of the cofactors of every orientation
     curves, points : residual tables of image points
     delta0 : noncentrality of the tests
     """
     effects_of = ObservationEffects(solved.assembler, solved.solution)
+    weights = orientation_weights(cofactors)
     found: list[Influence] = []
     for part in _candidates(effects_of, solved, numbers, curves, points):
         errors = delta0 / np.sqrt(part.redundancy)
         effects = effects_of.of(part.columns, errors)
-        found += _described(
-            part, errors, effects, orientation_weights, solved.assembler.prepared, solved.solution.state
-        )
+        if cofactors.datum is not None:
+            effects = cofactors.datum.of_effects(effects)
+        found += _described(part, errors, effects, weights, solved.assembler.prepared, solved.solution.state)
     found.sort(key=lambda influence: (-influence.orientation, -influence.bias_to_noise, influence.name))
     return tuple(found[:MOST])
 
@@ -114,6 +115,13 @@ def _priors(
             "control point", "m", effects.point_priors(point, axis), numbers.point_priors[point, axis],
             network.points.sigma[point, axis], names,
         )  # fmt: skip
+    distances = _largest(-np.where(numbers.distances > CONTROLLED, numbers.distances, np.inf))
+    if len(distances):
+        names = [distance_name(network, int(k)) for k in distances]
+        yield _Candidates(
+            "distance", "m", effects.distances(distances), numbers.distances[distances],
+            network.distances.sigma[distances], names,
+        )  # fmt: skip
     rows = solved.assembler.coefficient_rows
     given = np.where(
         (rows.component < GAUGE) & (numbers.coefficient_rows > CONTROLLED), numbers.coefficient_rows, np.inf
@@ -158,6 +166,16 @@ def _orientations(
                 "eop prior", unit, effects.orientation_priors(rows, component),
                 numbers.orientation_priors[rows, component], sigma[image[rows], component], names,
             )  # fmt: skip
+
+
+def distance_name(network: Network, number: int) -> str:
+    """A distance in the user's words."""
+    one = network.distances
+    ends = [
+        f"{'image' if image else 'point'} `{(network.images if image else network.points).ids[k]}`"
+        for k, image in zip(one.station[number], one.is_image[number], strict=True)
+    ]
+    return f"distance from {ends[0]} to {ends[1]}"
 
 
 def _largest(figures: FloatArray) -> IntArray:

@@ -62,7 +62,7 @@ class RedundancyNumbers:
 def redundancy_numbers(cofactors: Cofactors, linked: LinkedCofactors) -> RedundancyNumbers:
     """Redundancy numbers of all observations from the selected inverse."""
     assembler, at = cofactors.assembler, cofactors.solution.linearization
-    network, layout = assembler.prepared.network, assembler.layout
+    network, layout, image_mask = assembler.prepared.network, assembler.layout, cofactors.image_mask
     curve = cofactors.curve_leverage(at.curve_jacobian[:, :-1])
     image_points = np.zeros((len(network.point_observations), 2))
     point_orientation = image_points
@@ -70,7 +70,7 @@ def redundancy_numbers(cofactors: Cofactors, linked: LinkedCofactors) -> Redunda
     points = cofactors.points
     observed = network.point_observations
     if len(observed):
-        a = at.points.orientation * layout.image_mask[observed.image][:, None, :]
+        a = at.points.orientation * image_mask[observed.image][:, None, :]
         x = at.points.object_xyz * layout.point_mask[observed.point][:, None, :]
         leverage = np.einsum("nri,nij,nrj->nr", a, cofactors.images[observed.image], a, optimize=True)
         leverage += 2.0 * np.einsum("nri,nij,nrj->nr", a, points.with_image, x, optimize=True)
@@ -80,7 +80,7 @@ def redundancy_numbers(cofactors: Cofactors, linked: LinkedCofactors) -> Redunda
         reached += np.matmul(x, points.with_image.transpose(0, 2, 1))
         point_orientation = _share(reached, weights[observed.image])
     priors = at.orientation_priors
-    p = priors.jacobian * layout.image_mask[priors.image][:, None, :]
+    p = priors.jacobian * image_mask[priors.image][:, None, :]
     prior_leverage = np.einsum("qri,qij,qrj->qr", p, cofactors.images[priors.image], p, optimize=True)
     weight = assembler.point_inverse_sigma**2
     point_leverage = np.einsum("nii->ni", points.own) * weight
@@ -102,7 +102,7 @@ def redundancy_numbers(cofactors: Cofactors, linked: LinkedCofactors) -> Redunda
 def orientation_weights(cofactors: Cofactors) -> FloatArray:
     """Q_ii^-1 of the orientations, (m, 6, 6); zero rows where unknowns are removed."""
     removed = np.zeros_like(cofactors.images)
-    removed[:, range(6), range(6)] = 1.0 - cofactors.assembler.layout.image_mask
+    removed[:, range(6), range(6)] = 1.0 - cofactors.image_mask
     return np.asarray(np.linalg.inv(cofactors.images + removed) - removed)
 
 
@@ -129,5 +129,5 @@ def coefficient_leverage(cofactors: Cofactors) -> FloatArray:
     if not len(rows):
         return np.zeros(0)
     j = cofactors.solution.linearization.coefficient_jacobian.reshape(len(rows), -1)
-    windows = cofactors.coefficient_windows(rows.columns)
+    windows = cofactors.solved_windows(rows.columns)
     return np.asarray(np.einsum("qi,qij,qj->q", j, windows, j, optimize=True))

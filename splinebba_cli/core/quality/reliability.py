@@ -71,6 +71,7 @@ def local_tests_of(result: AdjustmentResult) -> LocalTests:
             result.curve_residuals.standardized.ravel(),
             result.arc_residuals.standardized,
             result.tangent_residuals.standardized,
+            result.distance_residuals.standardized,
             np.array([prior.standardized for prior in result.prior_residuals]),
         ]
     )

@@ -93,6 +93,14 @@ def tangent_table(
     return _scalar_table(whitened, prepared.network.tangents.sigma, numbers.tangents, delta0)
 
 
+def distance_table(
+    prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers, delta0: float
+) -> ScalarResiduals:
+    """Residuals of the distances, m."""
+    whitened = solved.solution.linearization.distances.residual
+    return _scalar_table(whitened, prepared.network.distances.sigma, numbers.distances, delta0)
+
+
 def _scalar_table(
     whitened: FloatArray, sigma: FloatArray, redundancy: FloatArray, delta0: float
 ) -> ScalarResiduals:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from splinebba_cli.core.adjustment import adjust
-from splinebba_cli.core.estimation.datum import jointly_needed
+from splinebba_cli.core.estimation.gauge import jointly_needed
 from splinebba_cli.core.network import FloatArray
 from tests.core.family_features import HARMONICS, joined
 from tests.core.free_curves import block_with, tie

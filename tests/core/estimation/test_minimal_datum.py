@@ -13,7 +13,7 @@ from splinebba_cli.core.estimation.datum import minimal_datum
 from splinebba_cli.core.estimation.gauss_markov import Solution, solve
 from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.estimation.parameters import layout_of
-from splinebba_cli.core.network import FloatArray, Network
+from splinebba_cli.core.network import Distances, FloatArray, Network
 from splinebba_cli.core.observations.coefficient_rows import value_rows
 from splinebba_cli.core.state import prepare
 from splinebba_cli.errors import SingularNetworkError
@@ -99,14 +99,44 @@ def test_the_adjustment_chooses_a_datum_of_its_own() -> None:
     assert statistics.vtpv == pytest.approx(first.linearization.cost, rel=1e-6)
 
 
-def test_a_datum_needs_two_free_images() -> None:
-    network = free_network()
+def held_of(network: Network) -> FloatArray:
+    """Number of held unknowns of every image in the minimal datum."""
     prepared = prepare(network)
-    layout = layout_of(prepared)
-    mask = layout.image_mask.copy()
-    mask[1:] = 0.0
-    with pytest.raises(SingularNetworkError, match="fewer than two are free"):
-        minimal_datum(replace(layout, image_mask=mask), start_of(network))
-    held = minimal_datum(layout, start_of(network)).image_mask
-    assert (held == 0.0).sum() == 7
-    assert sorted((held == 0.0).sum(axis=1)) == [0, 0, 0, 0, 1, 6]
+    layout = minimal_datum(prepared, layout_of(prepared), start_of(network))
+    return np.asarray((layout.image_mask == 0.0).sum(axis=1))
+
+
+def test_as_many_unknowns_are_held_as_nothing_determines() -> None:
+    network = free_network()
+    assert sorted(held_of(network)) == [0, 0, 0, 0, 1, 6]
+    bar = Distances(np.array([[3, 9]]), np.zeros((1, 2), dtype=bool), np.array([100.0]), np.array([0.01]))
+    with_scale = replace(network, distances=bar)
+    assert sorted(held_of(with_scale)) == [0, 0, 0, 0, 0, 6]
+    sigma, prior = network.images.prior_sigma.copy(), network.images.prior.copy()
+    sigma[1, 3:], prior[1, 3:] = 0.1, network.images.position[1]
+    one_station = replace(network, images=replace(network.images, prior_sigma=sigma, prior=prior))
+    assert held_of(one_station).sum() == 4  # rotation and scale
+    sigma[4, 3:], prior[4, 3:] = 0.1, network.images.position[4]
+    two_stations = replace(network, images=replace(network.images, prior_sigma=sigma, prior=prior))
+    assert held_of(two_stations).sum() == 1  # rotation about the line of both
+    xyz = network.points.xyz.copy()
+    xyz[:3], control = start_of(network).xyz[:3], network.points.sigma.copy()
+    control[:3, 2] = 0.05
+    heights = replace(network, points=replace(network.points, sigma=control, xyz=xyz))
+    assert held_of(heights).sum() == 4  # shifts in the plane, azimuth, scale
+
+
+def test_nothing_is_held_where_control_fixes_the_datum() -> None:
+    network = free_network()
+    sigma = network.images.prior_sigma.copy()
+    sigma[1:] = 0.0
+    fixed = replace(network, images=replace(network.images, prior_sigma=sigma))
+    assert (held_of(fixed) == [0, 6, 6, 6, 6, 6]).all()
+
+
+def test_images_at_one_place_carry_no_scale() -> None:
+    network = free_network()
+    prepared, start = prepare(network), start_of(network)
+    together = replace(start, position=np.zeros_like(start.position) + start.position[0])
+    with pytest.raises(SingularNetworkError, match="at one place"):
+        minimal_datum(prepared, layout_of(prepared), together)

@@ -141,9 +141,8 @@ def test_all_observations_are_counted_once() -> None:
     found, tests = result(), result().evidence.tests
     assert tests is not None
     priors = [p for p in found.prior_residuals if np.isfinite(p.standardized)]
-    assert tests.tests == found.point_residuals.residual.size + len(found.curve_residuals.across) + 3 + len(
-        priors
-    )
+    coordinates = found.point_residuals.residual.size + len(found.curve_residuals.across)
+    assert tests.tests == coordinates + 3 + len(found.network.distances) + len(priors)
     assert not any(np.isfinite(p.standardized) for p in found.prior_residuals if p.kind == "gauge")
 
 
