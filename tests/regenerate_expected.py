@@ -12,6 +12,7 @@ import contextlib
 import json
 import shutil
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -38,6 +39,7 @@ class Sample:
     exit_code: int
     acceptance: str = ""
     nullity: int = 0  # of the measurements and priors alone
+    edit: Callable[[Path], None] | None = None  # of the folder, after it was simulated
 
     @property
     def folder(self) -> Path:
@@ -49,6 +51,16 @@ class Sample:
         return json.loads((self.folder / "expected" / name).read_text(encoding="utf-8"))
 
 
+def freed(folder: Path) -> None:
+    """Control points become tie points without a given precision; the datum is inner."""
+    path, table = folder / "project.yaml", folder / "points.csv"
+    text = path.read_text(encoding="utf-8").replace("  datum: control\n", "  datum: inner\n")
+    path.write_text(text, encoding="utf-8", newline="\n")
+    rows = [row.split(",") for row in table.read_text(encoding="utf-8").splitlines()]
+    rows = [[row[0], "tie", *row[2:5], "", "", ""] if row[1] == "control" else row for row in rows]
+    table.write_text("".join(",".join(row) + "\n" for row in rows), encoding="utf-8", newline="\n")
+
+
 SAMPLES = (
     Sample(
         "six_image_block", "six-image", 1, 0, "acceptance: {global_test: true, max_position_sigma_m: 0.1}"
@@ -58,6 +70,9 @@ SAMPLES = (
     ),
     Sample("circle_three_ways", "circle-three-ways", 1, 0, "acceptance: {global_test: true}", nullity=2),
     Sample("table_5_7_one_control_segment", "six-image-singular", 1, 3),
+    Sample(
+        "free_network", "close-range-ring", 1, 0, "acceptance: {global_test: true}", nullity=6, edit=freed
+    ),
 )
 
 
@@ -74,6 +89,10 @@ def simulate(sample: Sample, folder: Path) -> None:
     head, _, rest = path.read_text(encoding="utf-8").partition("\n")
     assert head.startswith(SCHEMA_LINE), head
     text = f"{SCHEMA_LINE}../../schemas/project.schema.json\n{rest}"
+    if sample.edit is not None:
+        path.write_text(text, encoding="utf-8", newline="\n")
+        sample.edit(folder)
+        text = path.read_text(encoding="utf-8")
     if sample.acceptance:
         text += f"\n{sample.acceptance}\n"
     path.write_text(text, encoding="utf-8", newline="\n")

@@ -32,6 +32,7 @@ from splinebba_cli.project.build_observations import (
 from splinebba_cli.project.build_points import PointRows, read_points
 from splinebba_cli.project.build_settings import settings_of
 from splinebba_cli.project.semantic_checks import (
+    check_datum_features,
     check_extent,
     check_features_seen,
     check_images_seen,
@@ -73,6 +74,7 @@ def build_network(building: Building) -> Network | None:
         arc_lengths = read_arc_lengths(building, images, marks, frames, numbers)
         tangents = read_tangents(building, images, marks, frames, numbers)
     distances = read_distances(building, images, points, _renumbered(kept_points))
+    check_datum_features(building, images.ids, points.ids, [curve.id for curve in curves.curves])
     if building.collector.has_errors:
         return None
     return Network(

@@ -13,7 +13,8 @@ from splinebba_cli.project.build_curves import CurveRows, position_rows
 from splinebba_cli.project.build_images import ImageRows
 from splinebba_cli.project.build_observations import ObservationRows
 from splinebba_cli.project.build_points import PointRows
-from splinebba_cli.project.diagnostics import Place
+from splinebba_cli.project.diagnostics import Place, suggestion
+from splinebba_cli.project.yaml_source import YamlPath
 
 LARGEST_EXTENT_M = 1.0e6
 RESECTION_POINTS = 3
@@ -154,3 +155,36 @@ def check_extent(building: Building, images: ImageRows, points: PointRows, curve
             message = f"{name} lies {distance / 1000:,.0f} km from the middle of the project"
             help = "swapped columns, or another coordinate system?"
             building.collector.error("SBB306", message, place, help, kind="coordinates far apart")
+
+
+def check_datum_features(
+    building: Building, images: Sequence[str], points: Sequence[str], splines: Sequence[str]
+) -> None:
+    """Features of the datum exist, and it is one that they carry."""
+    adjustment = building.model.adjustment
+    features = adjustment.datum_features
+    if features is None:
+        return
+    path: YamlPath = ("adjustment", "datum_features")
+    if adjustment.datum != "inner":
+        help = "`datum: inner`, or leave `datum_features` out"
+        building.collector.error(
+            "SBB209",
+            f"`datum_features` with `datum: {adjustment.datum}`",
+            building.source.place(path, key=True),
+            help,
+        )
+    for key, ids in (("images", images), ("points", points), ("splines", splines)):
+        names = getattr(features, key)
+        for number, name in enumerate(() if names == "all" else names):
+            if name not in ids:
+                place = building.source.place((*path, key, number))
+                help = suggestion(name, ids)
+                building.collector.error("SBB301", f"unknown {key[:-1]} `{name}`", place, help)
+    if not any(getattr(features, key) for key in ("images", "points", "splines")):
+        building.collector.error(
+            "SBB202",
+            "`datum_features` names no feature",
+            building.source.place(path, key=True),
+            "points: all",
+        )

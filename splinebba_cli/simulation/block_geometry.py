@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinebba_cli.core.camera.collinearity import project
-from splinebba_cli.core.camera.rotation import rotation_object_from_photo
+from splinebba_cli.core.camera.rotation import angles_from_rotation, rotation_object_from_photo
 from splinebba_cli.core.network import BoolArray, FloatArray
 
 # Lee (2008), table 5.3: X0, Y0, Z0 (m), omega, phi, kappa (deg); legible in full
@@ -74,6 +74,27 @@ def four_images(base_m: float = 300.0, height_m: float = 500.0) -> BlockGeometry
     tilt = np.radians([[1.0, -0.5, 3.0], [0.5, 1.0, 92.0], [-1.0, 0.5, 181.0], [-0.5, -1.0, -88.0]])
     heights = height_m + np.array([2.0, -3.0, 1.0, -1.0])
     return BlockGeometry(np.column_stack([tilt, corners, heights]), 150.0, (230.0, 230.0), np.zeros(3))
+
+
+def ring(
+    images: int = 10, radius_m: float = 2.2, heights_m: tuple[float, float] = (1.0, 1.9)
+) -> BlockGeometry:
+    """Convergent views from a circle around the origin at two heights, c = 24 mm, every other one on its side."""
+    generator = np.random.default_rng(59)
+    azimuth = 2.0 * np.pi * (np.arange(images) + generator.uniform(-0.1, 0.1, images)) / images
+    height = np.where(np.arange(images) % 2 == 0, *heights_m)
+    position = np.column_stack([radius_m * np.cos(azimuth), radius_m * np.sin(azimuth), height])
+    eop = np.empty((images, 6))
+    eop[:, 3:] = position
+    for k in range(images):
+        backwards = (position[k] - [0.0, 0.0, 0.3]) / np.linalg.norm(position[k] - [0.0, 0.0, 0.3])
+        right = np.cross([0.0, 0.0, 1.0], backwards)
+        right /= np.linalg.norm(right)
+        axes = np.column_stack([right, np.cross(backwards, right), backwards])
+        if k % 2:
+            axes = axes[:, [1, 0, 2]] * [1.0, -1.0, 1.0]
+        eop[k, :3] = angles_from_rotation(axes, "omega-phi-kappa")
+    return BlockGeometry(eop, 24.0, (36.0, 36.0), np.zeros(3))
 
 
 def strip(

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, Network
+from splinebba_cli.core.network import BoolArray, Distances, FloatArray, IntArray, Network
 from splinebba_cli.simulation.observation_kinds import KINDS, select
 from splinebba_cli.simulation.truth import Truth
 
@@ -117,6 +117,7 @@ def _without(network: Network, truth: Truth, points: BoolArray, curves: BoolArra
     network, truth = keep_rows(network, truth, "point_observations", np.flatnonzero(points[on_points.point]))
     network, truth = keep_rows(network, truth, "curve_observations", np.flatnonzero(curves[on_curves.curve]))
     new_point, new_curve = np.cumsum(points) - 1, np.cumsum(curves) - 1
+    network = replace(network, distances=_between_kept(network.distances, points, new_point))
     rows = network.points
     arrays: dict[str, FloatArray] = {
         name: getattr(rows, name)[points] for name in ("xyz", "sigma", "check_sigma")
@@ -139,3 +140,14 @@ def _without(network: Network, truth: Truth, points: BoolArray, curves: BoolArra
     )
     kept = tuple(values for values, keep in zip(truth.curves, curves, strict=True) if keep)
     return network, replace(truth, points=truth.points[points], curves=kept)
+
+
+def _between_kept(distances: Distances, points: BoolArray, new_point: IntArray) -> Distances:
+    """The distances whose points stay, with their new numbers."""
+    on_points = ~distances.is_image
+    stays = np.ones(distances.station.shape, dtype=bool)
+    stays[on_points] = points[distances.station[on_points]]
+    station = distances.station.copy()
+    station[on_points] = new_point[station[on_points]]
+    kept: Distances = select(replace(distances, station=station), np.flatnonzero(stays.all(axis=1)))
+    return kept

@@ -16,6 +16,7 @@ from splinebba_cli.core.camera.collinearity import project
 from splinebba_cli.core.camera.distortion import measured_photo_xy
 from splinebba_cli.core.network import FloatArray, IntArray, Network
 from splinebba_cli.core.observations.arc_lengths import arc_lengths_at
+from splinebba_cli.core.observations.distances import linearize_distances
 from splinebba_cli.core.observations.tangents import linearize_tangents
 from splinebba_cli.core.state import Prepared, State
 
@@ -76,11 +77,18 @@ def exact_tangents(prepared: Prepared, state: State) -> FloatArray:
     return np.asarray(np.arctan2(moved[:, 1], moved[:, 0]))
 
 
+def exact_distances(prepared: Prepared, state: State) -> FloatArray:
+    """True lengths between stations, (q,) m."""
+    given = prepared.network.distances
+    return linearize_distances(given, state).residual * given.sigma + given.length
+
+
 KINDS: tuple[ObservationKind, ...] = (
     ObservationKind("point_observations", "photo_xy", exact_points),
     ObservationKind("curve_observations", "photo_xy", exact_curve_points),
     ObservationKind("arc_lengths", "length", exact_arc_lengths, ("first", "second")),
     ObservationKind("tangents", "direction", exact_tangents, ("point",)),
+    ObservationKind("distances", "length", exact_distances),
 )
 
 

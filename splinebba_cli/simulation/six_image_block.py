@@ -11,9 +11,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from splinebba_cli.core.curves.basis import harmonic_row
-from splinebba_cli.core.network import FloatArray, Network, Settings
+from splinebba_cli.core.network import Distances, FloatArray, Network, Role, Settings
 from splinebba_cli.simulation.assembly import NOMINAL_SIGMA_MM, scene_design
-from splinebba_cli.simulation.block_geometry import BlockGeometry, four_images, six_image_block, strip
+from splinebba_cli.simulation.block_geometry import (
+    BlockGeometry,
+    four_images,
+    ring,
+    six_image_block,
+    strip,
+)
 from splinebba_cli.simulation.feature_geometry import (
     Feature,
     PointFeatures,
@@ -36,6 +42,7 @@ KINDS: dict[str, str] = {
     "six-image-singular": "the same images and one control segment (table 5.7): cannot be determined",
     "circle-three-ways": "one circle in four images, measured as a circle, a closed natural spline and a Fourier curve",
     "strip": "five images with observed orientations, control, ties; coordinates of millions of metres",
+    "close-range-ring": "ten convergent images around an object of a metre: points, splines, two scale bars",
 }
 
 # Lee (2008), second segment of the spline of tables 5.4 and 5.7: a0..a3, b0..b3, c0..c3 as columns X, Y, Z
@@ -54,6 +61,8 @@ class Scene:
     points_per_curve: int  # measured points for every curve and image that sees it
     eop_sigma: FloatArray | None = None  # (6,) of observed exterior orientations (rad, m); None: not observed
     settings: Settings = field(default_factory=Settings)
+    bars: tuple[tuple[str, str], ...] = ()  # points at the ends of scale bars
+    bar_sigma_m: float = 5e-5
 
 
 def simulate_block(
@@ -68,14 +77,15 @@ def simulate_block(
 
     Parameters
     ----------
-    kind : "six-image", "six-image-mixed", "six-image-singular", "strip" or "circle-three-ways"
+    kind : a key of :data:`KINDS`
     seed : int
         Of the noise and the starts.
     noise_um : float
         Standard deviation of measured photo coordinates.  0 makes all measurements and given values exact;
         the network then still states 5 µm.
     start_position_m, start_angle_deg, start_knots_m : float
-        Largest error of an approximate perspective centre, angle and knot, in every coordinate.
+        Largest error of an approximate perspective centre, angle and knot, in every coordinate; lengths are those
+        of a block from the air and scaled by :data:`START_SCALE`.
 
     Returns
     -------
@@ -89,7 +99,8 @@ def simulate_block(
         If the kind is unknown; names the known ones.
     """
     angle = float(np.radians(start_angle_deg))
-    noise = Noise(1e-3 * noise_um, start_position_m, angle, start_knots_m)
+    scale = START_SCALE.get(kind, 1.0)
+    noise = Noise(1e-3 * noise_um, scale * start_position_m, angle, scale * start_knots_m)
     made = realize(kind_design(kind, noise.image_mm or NOMINAL_SIGMA_MM), noise, seed)
     return made.network, made.truth
 
@@ -108,7 +119,20 @@ def kind_design(kind: str, sigma_mm: float) -> Design:
     design = scene_design(
         scene.block, scene.features, scene.points, scene.points_per_curve, scene.eop_sigma, sigma_mm
     )
-    return replace(design, network=replace(design.network, settings=scene.settings))
+    network = replace(design.network, settings=scene.settings, distances=_scale_bars(scene, design))
+    return replace(design, network=network)
+
+
+def _scale_bars(scene: Scene, design: Design) -> Distances:
+    """True lengths of the bars of a scene."""
+    if not scene.bars:
+        return Distances.none()
+    number = {name: k for k, name in enumerate(design.network.points.ids)}
+    station = np.array([[number[a], number[b]] for a, b in scene.bars])
+    xyz = design.truth.points
+    length = np.linalg.norm(xyz[station[:, 1]] - xyz[station[:, 0]], axis=1)
+    sigma = np.full(len(station), scene.bar_sigma_m)
+    return Distances(station, np.zeros(station.shape, dtype=bool), length, sigma)
 
 
 # every free feature lies where at least two images see it; the lake in the overlap of both strips
@@ -198,10 +222,39 @@ def _circle_three_ways() -> Scene:
     return Scene(four_images(), features, points, 40, settings=settings)
 
 
+def _close_range_ring() -> Scene:
+    """A rim, two edges and targets on an object of a metre, seen from all sides; two scale bars across it."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 11)[:-1]
+    rim = np.column_stack([0.42 * np.cos(angle), 0.36 * np.sin(angle), 0.62 + 0.05 * np.sin(3.0 * angle)])
+    share = np.linspace(0.0, 1.0, 7)
+    edges = [
+        np.column_stack([side * (0.5 - 0.15 * share), -0.45 + 0.9 * share, 0.1 + 0.35 * np.sin(2.5 * share)])
+        for side in (-1.0, 1.0)
+    ]
+    features = (
+        tie_spline("rim", rim, closed=True),
+        tie_spline("edge-1", edges[0]),
+        tie_spline("edge-2", edges[1]),
+    )
+    generator = np.random.default_rng(73)
+    xyz = generator.uniform([-0.55, -0.55, 0.0], [0.55, 0.55, 0.7], (24, 3))
+    control = np.array([[-0.6, -0.6, 0.0], [0.6, -0.6, 0.05], [0.6, 0.6, 0.0], [-0.6, 0.6, 0.1]])
+    ids = [f"gcp-{k + 1}" for k in range(len(control))] + [f"target-{k + 1}" for k in range(len(xyz))]
+    kinds: tuple[tuple[Role, int], ...] = (("control", len(control)), ("tie", len(xyz)))
+    role = tuple(name for name, count in kinds for _ in range(count))
+    sigma = np.where(np.array(role)[:, None] == "tie", np.inf, 2e-4) * np.ones(3)
+    points = PointFeatures(tuple(ids), role, np.vstack([control, xyz]), sigma)
+    bars = (("target-1", "target-2"), ("target-3", "target-4"))
+    # gently bent edges let their knots slide far: all conditions stay
+    return Scene(ring(), features, points, 25, settings=Settings(gauge_conditions="all"), bars=bars)
+
+
 SCENES: dict[str, Callable[[], Scene]] = {
     "six-image": _six_image,
     "six-image-mixed": _six_image_mixed,
     "six-image-singular": _six_image_singular,
     "strip": _strip,
     "circle-three-ways": _circle_three_ways,
+    "close-range-ring": _close_range_ring,
 }
+START_SCALE = {"close-range-ring": 0.01}  # of the errors of approximate positions and knots

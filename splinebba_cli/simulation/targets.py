@@ -18,7 +18,7 @@ from splinebba_cli.simulation.assembly import NOMINAL_SIGMA_MM
 from splinebba_cli.simulation.noise import Noise
 from splinebba_cli.simulation.project_design import noise_of, project_design
 from splinebba_cli.simulation.realization import Design, realize
-from splinebba_cli.simulation.six_image_block import KINDS, kind_design
+from splinebba_cli.simulation.six_image_block import KINDS, START_SCALE, kind_design
 from splinebba_cli.simulation.truth import Truth
 from splinebba_cli.simulation.truth_file import TRUTH_FILE, truth_content, truth_text
 
@@ -47,7 +47,9 @@ def block_target(kind: str, changes: Mapping[str, Any]) -> Target:
     KeyError
         If the kind is unknown; names the known ones.
     """
-    noise = replace(BLOCK_NOISE, **changes)
+    scale = START_SCALE.get(kind, 1.0)
+    noise = replace(BLOCK_NOISE, start_position_m=3.0 * scale, start_knots_m=1.5 * scale)
+    noise = replace(noise, **changes)
     return Target(kind, kind_design(kind, noise.image_mm or NOMINAL_SIGMA_MM), noise, 0)
 
 
