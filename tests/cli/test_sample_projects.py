@@ -143,7 +143,7 @@ def test_expected_statistics_of_a_sample_agree_with_each_other(adjusted: tuple[S
     statistics = adjusted[1]["statistics"]
     balance = statistics["observations"] + statistics["conditions"] - statistics["unknowns"]
     assert statistics["redundancy"] == balance
-    assert statistics["sum_redundancy_numbers"] == pytest.approx(balance, abs=1e-4)
+    assert statistics["sum_redundancy_numbers"] == pytest.approx(balance, rel=1e-9)
     assert statistics["sigma0"] ** 2 * balance == pytest.approx(statistics["vtpv"])
 
 
