@@ -25,6 +25,7 @@ from splinebba_cli.core.quality.global_test import global_test
 from splinebba_cli.core.quality.linked_cofactors import linked_cofactors
 from splinebba_cli.core.quality.location_precision import location_cofactors
 from splinebba_cli.core.quality.orientation_dispersion import eop_dispersion, eop_values
+from splinebba_cli.core.quality.position_precision import position_precision
 from splinebba_cli.core.quality.redundancy import RedundancyNumbers, redundancy_numbers
 from splinebba_cli.core.quality.residual_tables import (
     arc_table,
@@ -104,6 +105,7 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
         problems=adjusted.problems,
         dispersion=dispersion_blocks(cofactors, scale) if full_dispersion else None,
     )
+    result = replace(result, evidence=replace(result.evidence, precision=position_precision(result)))
     return replace(
         result,
         problems=(
