@@ -94,6 +94,10 @@ ERROR_CODES: dict[str, str] = {
     "SBB535": "spline folded",
     "SBB536": "knot interval without measurements",
     "SBB537": "arc lengths too long for one Simpson step",
+    "SBB553": "few check points",
+    "SBB554": "check points differ by more than predicted",
+    "SBB555": "check points shifted as a whole",
+    "SBB556": "check spline farther from its given shape than predicted",
     # 6xx: output
     "SBB601": "results cannot be written",
     "SBB602": "not a result folder",

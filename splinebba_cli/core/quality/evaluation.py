@@ -14,7 +14,9 @@ from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.network import BoolArray, FloatArray, Network
 from splinebba_cli.core.observations.coefficient_rows import GAUGE, SHAPE
 from splinebba_cli.core.quality.arc_findings import arc_findings
-from splinebba_cli.core.quality.check_features import check_points, check_splines
+from splinebba_cli.core.quality.check_findings import check_findings
+from splinebba_cli.core.quality.check_points import check_points
+from splinebba_cli.core.quality.check_splines import check_splines
 from splinebba_cli.core.quality.cofactors import Cofactors
 from splinebba_cli.core.quality.curve_findings import curve_findings
 from splinebba_cli.core.quality.curve_precision import curve_samples
@@ -34,6 +36,7 @@ from splinebba_cli.core.quality.residual_tables import (
     prior_residuals,
     tangent_table,
 )
+from splinebba_cli.core.quality.variance_factor import VarianceFactor, variance_degrees
 from splinebba_cli.core.result import (
     AdjustmentResult,
     Checks,
@@ -73,8 +76,9 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
     curves = curve_results(cofactors, samples, residuals, scale)
     state = solution.state
     points = cofactors.points.own * scale
-    mean_across = np.array([curve.sigma_across_mean for curve in curves])
-    checks = Checks(check_points(network, state.xyz, points), check_splines(prepared, state, mean_across))
+    variance = VarianceFactor(scale, variance_degrees(network.settings, statistics))
+    single, summary = check_points(cofactors, variance)
+    checks = Checks(single, check_splines(cofactors, variance), summary)
     eop = eop_values(network.images, state.rotation, state.position)
     eop[:, 3:] += network.origin
     images = ImageResult(
@@ -111,6 +115,7 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
         problems=(
             *adjusted.problems,
             *findings(result),
+            *check_findings(checks),
             *curve_findings(prepared, state),
             *arc_findings(prepared, state),
         ),

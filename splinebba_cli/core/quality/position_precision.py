@@ -15,13 +15,14 @@ from splinebba_cli.core.evidence import ErrorEllipses, Precision
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.core.quality.confidence import circular_radius, confidence_factor
 from splinebba_cli.core.quality.high_correlations import high_correlations
+from splinebba_cli.core.quality.variance_factor import variance_degrees
 from splinebba_cli.core.result import AdjustmentResult
 
 
 def position_precision(result: AdjustmentResult) -> Precision:
     """Precision of all positions of a result at the confidence of its settings."""
     settings = result.network.settings
-    degrees = variance_degrees(result)
+    degrees = variance_degrees(settings, result.statistics)
     found, count = high_correlations(result, settings.correlation_threshold)
     network = result.network
     return Precision(
@@ -38,13 +39,6 @@ def position_precision(result: AdjustmentResult) -> Precision:
         correlations_found=count,
         correlation_threshold=settings.correlation_threshold,
     )
-
-
-def variance_degrees(result: AdjustmentResult) -> float | None:
-    """Degrees of freedom of the variance by which dispersions are scaled; None where it is the a-priori one."""
-    if not result.network.settings.scale_dispersion or result.statistics.redundancy < 1:
-        return None
-    return float(result.statistics.redundancy)
 
 
 def error_ellipses(
