@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from splinebba_cli.core.evidence import Evidence, Revision
+from splinebba_cli.core.evidence import Criterion, Evidence, Revision
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, Network
 
 Severity = Literal["error", "warning", "info"]
@@ -289,4 +289,5 @@ class AdjustmentResult:
     tangent_residuals: ScalarResiduals = field(default_factory=ScalarResiduals.none)
     evidence: Evidence = field(default_factory=Evidence)
     revision: Revision = field(default_factory=Revision)
+    acceptance: tuple[Criterion, ...] = ()  # criteria of the project, once they are assessed
     timings: dict[str, float] = field(default_factory=dict)

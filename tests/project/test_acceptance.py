@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from splinebba_cli.core.result import AdjustmentResult, CheckPoint, Checks, CheckSpline, GlobalTest
-from splinebba_cli.project.acceptance import violations
+from splinebba_cli.project.acceptance import assess, violations
 from splinebba_cli.project.loading import load_project
 from splinebba_cli.project.model import Acceptance
 from tests.project.project_text import written
@@ -47,17 +47,17 @@ def result(tmp_path: Path) -> AdjustmentResult:
     ],
 )
 def test_limits(criterion: str, kept: float, violated: float, result: AdjustmentResult) -> None:
-    assert violations(Acceptance.model_validate({criterion: kept}), result) == ()
-    found = violations(Acceptance.model_validate({criterion: violated}), result)
+    assert violations(assess(Acceptance.model_validate({criterion: kept}), result)) == ()
+    found = violations(assess(Acceptance.model_validate({criterion: violated}), result))
     assert {(problem.code, problem.subject) for problem in found} == {("SBB510", f"acceptance.{criterion}")}
 
 
 def test_global_test(result: AdjustmentResult) -> None:
     wanted = Acceptance.model_validate({"global_test": True})
-    assert len(violations(wanted, result)) == 1
+    assert len(violations(assess(wanted, result))) == 1
     passed = replace(result.statistics, global_test=GlobalTest(100.0, 80.0, 120.0, 0.05, True))
-    assert violations(wanted, replace(result, statistics=passed)) == ()
-    assert violations(Acceptance(), result) == ()
+    assert violations(assess(wanted, replace(result, statistics=passed))) == ()
+    assert violations(assess(Acceptance(), result)) == ()
 
 
 def test_what_cannot_be_tested_is_not_accepted(result: AdjustmentResult) -> None:
@@ -67,5 +67,5 @@ def test_what_cannot_be_tested_is_not_accepted(result: AdjustmentResult) -> None
         statistics=replace(result.statistics, sigma0=float("nan"), global_test=None),
     )
     wanted = {"global_test": True, "max_sigma0": 9, "max_check_rmse_m": 9, "max_check_spline_rms_m": 9}
-    found = violations(Acceptance.model_validate(wanted), nothing)
+    found = violations(assess(Acceptance.model_validate(wanted), nothing))
     assert [problem.subject for problem in found] == [f"acceptance.{key}" for key in wanted]
