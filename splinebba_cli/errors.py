@@ -102,6 +102,10 @@ ERROR_CODES: dict[str, str] = {
     "SBB601": "results cannot be written",
     "SBB602": "not a result folder",
     "SBB603": "the file or folder exists",
+    "SBB611": "results have nothing in common",
+    "SBB612": "results compared after a similarity transformation",
+    "SBB613": "results without covariances",
+    "SBB614": "results are not related as assumed",
     # 7xx: simulation
     "SBB701": "the truth does not fit the project",
     "SBB702": "not enough is known to simulate",
