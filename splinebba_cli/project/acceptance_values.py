@@ -54,7 +54,9 @@ def standardized(result: AdjustmentResult) -> Found:
 def smallest_redundancy(result: AdjustmentResult) -> Found:
     """Smallest redundancy number of the observations that take part."""
     numbers = _redundancy(result)
-    return Found(float(numbers.min())) if len(numbers) else NOTHING
+    if not len(numbers):
+        return NOTHING
+    return Found(float(numbers.min()), detail=f" (of {len(numbers)})")
 
 
 def mean_redundancy(result: AdjustmentResult) -> Found:

@@ -33,7 +33,7 @@ def _points(checks: Checks, summary: CheckPointSummary) -> list[Problem]:
         assert together is not None
         message = (
             f"the {summary.count} check points together differ from what is given by more than predicted: "
-            f"χ² = {together.statistic:.1f}, largest accepted {together.critical:.1f}"
+            f"d′C⁻¹d = {together.statistic:.1f}, largest accepted {together.critical:.1f}"
         )
     help = (
         "look for wrong coordinates or identifications of single points; if all are affected, the precision is stated "
@@ -47,7 +47,7 @@ def _shift(summary: CheckPointSummary) -> list[Problem]:
         return []
     mean = " ".join(f"{axis} {value:+.3g} m" for axis, value in zip("XYZ", summary.mean, strict=True))
     message = (
-        f"the check points are shifted as a whole: mean difference {mean} (χ² = {summary.shift.statistic:.1f}, "
+        f"the check points are shifted as a whole: mean difference {mean} (d′C⁻¹d = {summary.shift.statistic:.1f}, "
         f"largest accepted {summary.shift.critical:.1f})"
     )
     help = "control and check points may refer to other datums, heights or epochs; or the principal distance is wrong"
