@@ -23,11 +23,7 @@ CRITERIA = (
     Criterion("check_tests", "tests", None, None, "", "untested", "not tested: there are no check points"),
 )
 # attributes that the schema of the Jenkins xUnit plugin (junit-10.xsd) requires and allows
-REQUIRED = {
-    "testsuites": set(),
-    "testsuite": {"name", "tests", "failures", "errors"},
-    "testcase": {"name", "classname"},
-}
+REQUIRED = {"testsuite": {"name", "tests", "failures", "errors"}, "testcase": {"name"}}
 ALLOWED = {
     "testsuites": {"name", "time", "tests", "failures", "errors", "disabled"},
     "testsuite": {"name", "tests", "failures", "errors", "time", "disabled", "skipped", "timestamp", "hostname", "id",

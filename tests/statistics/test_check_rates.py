@@ -1,7 +1,7 @@
 """Check points and check splines of the six-image block: the statistics follow their predicted distribution.
 
-20 runs.  The mean of a statistic over its degrees of freedom lies within 2.86 (t of 19 degrees, 99 %) standard errors of
-its expectation; with sigma0 estimated from r = 637 that is r / (r - 2) = 1.003.  Points: six, given to 2 cm, of
+20 runs.  The mean of a statistic over its degrees of freedom lies within 2.86 (t of 19 degrees, 99 %) standard errors
+of its expectation; with sigma0 estimated from r = 637 that is r / (r - 2) = 1.003.  Points: six, given to 2 cm, of
 which sigma is not scaled.  ``python -m benchmarks.check_rates`` shows the rates of rejection.
 """
 
