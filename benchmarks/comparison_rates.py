@@ -4,6 +4,7 @@
 
 independent  two runs with other noise
 nested       all image points, and seven of ten of them
+free         two runs with other noise, no control, minimal constraints at other wrong starts: images after a similarity
 model        the same image points; one model holds the (true) orientation of an image, the other estimates it
 
 `mean` is the mean of d'C^-1 d over its degrees of freedom (1 where C is right), `rate` the share of runs with a
@@ -29,7 +30,7 @@ from splinebba_cli.output.result_folder import write_result_folder
 from splinebba_cli.simulation.six_image_block import simulate_block
 from splinebba_cli.simulation.truth import Truth
 
-CASES = ("independent", "nested", "model")
+CASES = ("independent", "nested", "model", "free")
 
 
 @dataclass
@@ -46,6 +47,8 @@ def pair(case: str, run: int, *, splines: bool = False) -> tuple[Network, Networ
     network, truth = block(2 * run + 1, splines=splines)
     if case == "independent":
         return network, block(2 * run + 2, splines=splines)[0]
+    if case == "free":
+        return without_control(network), without_control(block(2 * run + 2, splines=splines)[0])
     if case == "nested":
         return network, with_part(network, run)
     return with_held_image(network, truth), network
@@ -83,6 +86,19 @@ def with_part(network: Network, seed: int) -> Network:
     return replace(network, point_observations=part, curve_observations=fewer)
 
 
+def without_control(network: Network) -> Network:
+    """The network with tie points alone and minimal constraints."""
+    points, count = network.points, len(network.points.ids)
+    free = replace(
+        points,
+        role=("tie",) * count,
+        sigma=np.full((count, 3), np.inf),
+        xyz=np.full((count, 3), np.nan),
+        check_sigma=np.full((count, 3), np.nan),
+    )
+    return replace(network, points=free, settings=replace(network.settings, datum="minimal"))
+
+
 def with_held_image(network: Network, truth: Truth) -> Network:
     """The network with the orientation of its first image held at the truth."""
     images = network.images
@@ -102,7 +118,14 @@ def comparisons(case: str, runs: int, *, splines: bool = False) -> Iterator[Comp
         for run in range(runs):
             folders = [Path(name) / f"{run}-{side}" for side in "ab"]
             for folder, network in zip(folders, pair(case, run, splines=splines), strict=True):
-                write_result_folder(folder, adjust(network), loaded=Loaded(), adjusted_files={})
+                full = case == "free"
+                write_result_folder(
+                    folder,
+                    adjust(network, full_dispersion=full),
+                    loaded=Loaded(),
+                    adjusted_files={},
+                    dispersion="full" if full else "blocks",
+                )
             found = compare(*folders)
             _ = found.a.measured, found.b.measured
             yield found

@@ -7,55 +7,22 @@ from pathlib import Path
 
 import numpy as np
 
-from splinebba_cli.core.camera.rotation import angle_jacobian, angles_from_rotation, wrap_angle
-from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
-from splinebba_cli.core.quality.critical_values import single_alpha
-from splinebba_cli.core.quality.parameter_test import SHARE, RatioTest, wald_tests
+from splinebba_cli.core.quality.parameter_test import SHARE, RatioTest
 from splinebba_cli.core.quality.similarity import Similarity, fit_similarity
 from splinebba_cli.core.quality.variance_comparison import additional_parameters, equal_variances
 from splinebba_cli.core.result import Problem
 from splinebba_cli.errors import OutputError
+from splinebba_cli.output.comparison_differences import (
+    Differences,
+    Weighting,
+    common_rows,
+    image_differences,
+    point_differences,
+    weighting_of,
+)
 from splinebba_cli.output.comparison_relation import Relation, RelationName, compared_inputs, relation_of
 from splinebba_cli.output.comparison_splines import SplineDifference, spline_differences
 from splinebba_cli.output.stored_result import StoredResult, read_result
-
-
-@dataclass(frozen=True)
-class Weighting:
-    """C = factor_a C_a + factor_b C_b, whose variance factor has so many degrees of freedom; None: it is known."""
-
-    factor_a: float
-    factor_b: float
-    degrees: float | None
-    reference: str  # "a", "b" or "both": whose dispersion is the larger one
-
-    def of(self, a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Dispersion of the differences and the one that it is judged against, (n, k, k) each."""
-        dispersion = self.factor_a * a + self.factor_b * b
-        if self.reference == "both":
-            return dispersion, dispersion
-        return dispersion, self.factor_a * a if self.reference == "a" else self.factor_b * b
-
-
-@dataclass(frozen=True)
-class Differences:
-    """A - B of images or points that both have; rows in the order of A."""
-
-    ids: tuple[str, ...]
-    difference: FloatArray  # (n, k) rad and m, or m
-    sigma: FloatArray  # (n, k) NaN where it has none
-    statistic: FloatArray  # (n,) d'C^-1 d of all k together
-    dimensions: IntArray  # (n,)
-    probability: FloatArray  # (n,)
-    significant: BoolArray  # (n,) by Sidak's alpha of one of all
-    only_a: tuple[str, ...]
-    only_b: tuple[str, ...]
-
-    @property
-    def standardized(self) -> FloatArray:
-        """Differences over their sigma, (n, k)."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(self.sigma > 0.0, self.difference / self.sigma, np.nan)
 
 
 @dataclass(frozen=True)
@@ -108,10 +75,11 @@ def compare(
     first, second = read_result(Path(a)), read_result(Path(b))
     related = relation_of(first, second, relation)
     similarity = _datum_shift(first, second)
-    weighting = None if first.free or second.free else weighting_of(first, second, related)
-    images = _images(first, second, weighting, similarity, alpha)
-    points = _points(first, second, weighting, similarity, alpha)
-    splines = spline_differences(first, second, _factors(weighting), similarity, alpha)
+    unrelated = similarity is None and (first.free or second.free)
+    weighting = None if unrelated else weighting_of(first, second, related)
+    images = image_differences(first, second, weighting, similarity, alpha)
+    points = point_differences(first, second, weighting, similarity, alpha)
+    splines = spline_differences(first, second, _factors(weighting, similarity), similarity, alpha)
     if not images.ids and not points.ids and not splines:
         raise OutputError(
             "SBB611",
@@ -131,115 +99,29 @@ def compare(
     )  # fmt: skip
 
 
-def weighting_of(a: StoredResult, b: StoredResult, relation: Relation) -> Weighting | None:
-    """Factors of both dispersions; None where differences have no dispersion."""
-    if relation.name in ("independent", "overlapping"):
-        degrees = [r.sum_of_squares.redundancy for r in (a, b) if r.estimated_variance]
-        return Weighting(1.0, 1.0, min(degrees) if degrees else None, "both")
-    if relation.less_precise is None:
-        return None
-    larger = a if relation.less_precise == "a" else b
-    degrees_of_larger = larger.sum_of_squares.redundancy if larger.estimated_variance else None
-    factor_a, factor_b = larger.scale / a.scale, larger.scale / b.scale
-    if relation.less_precise == "a":
-        return Weighting(factor_a, -factor_b, degrees_of_larger, "a")
-    return Weighting(-factor_a, factor_b, degrees_of_larger, "b")
-
-
-def _factors(weighting: Weighting | None) -> tuple[float, float, float | None] | None:
-    return None if weighting is None else (weighting.factor_a, weighting.factor_b, weighting.degrees)
+def _factors(
+    weighting: Weighting | None, similarity: Similarity | None
+) -> tuple[float, float, float | None] | None:
+    return (
+        None
+        if weighting is None or similarity is not None
+        else (weighting.factor_a, weighting.factor_b, weighting.degrees)
+    )
 
 
 def _datum_shift(a: StoredResult, b: StoredResult) -> Similarity | None:
-    """The similarity of B onto A by common perspective centres and points, where one of the datums is free."""
+    """The similarity of B onto A where one of the datums is free: by the common perspective centres where the full
+    dispersions are there to test what it leaves, else by these and the points.
+    """
     if not (a.free or b.free):
         return None
-    rows = [_common(a.image_ids, b.image_ids), _common(a.point_ids, b.point_ids)]
+    rows = [common_rows(a.image_ids, b.image_ids), common_rows(a.point_ids, b.point_ids)]
+    centres = fit_similarity(b.position[rows[0][1]], a.position[rows[0][0]])
+    if centres is not None and a.full_images is not None and b.full_images is not None:
+        return centres
     target = np.vstack([a.position[rows[0][0]], a.xyz[rows[1][0]]])
     source = np.vstack([b.position[rows[0][1]], b.xyz[rows[1][1]]])
     return fit_similarity(source, target)
-
-
-def _images(
-    a: StoredResult, b: StoredResult, weighting: Weighting | None, similarity: Similarity | None, alpha: float
-) -> Differences:
-    own, other = _common(a.image_ids, b.image_ids)
-    count = len(own)
-    rotation, position = b.rotation[other], b.position[other]
-    if similarity is not None:
-        rotation, position = similarity.turn(rotation), similarity.apply(position)
-    angles, transform = np.zeros((count, 3)), np.zeros((count, 6, 6))
-    transform[:, [3, 4, 5], [3, 4, 5]] = 1.0
-    for k in range(count):  # angles of B in the rotation sequence of A
-        sequence = a.sequences[own[k]]
-        angles[k] = angles_from_rotation(rotation[k], sequence)
-        mine = angle_jacobian(angles[k], sequence)
-        transform[k, :3, :3] = np.linalg.pinv(mine) @ angle_jacobian(
-            b.angles[other[k]], b.sequences[other[k]]
-        )
-    difference = np.hstack([wrap_angle(a.angles[own] - angles), a.position[own] - position])
-    spread = transform @ b.image_dispersion[other] @ transform.transpose(0, 2, 1)
-    dispersions = a.image_dispersion[own], spread
-    return _tested(
-        a.image_ids,
-        b.image_ids,
-        own,
-        difference,
-        dispersions,
-        weighting,
-        a.correlated and b.correlated,
-        alpha,
-    )
-
-
-def _points(
-    a: StoredResult, b: StoredResult, weighting: Weighting | None, similarity: Similarity | None, alpha: float
-) -> Differences:
-    own, other = _common(a.point_ids, b.point_ids)
-    xyz = b.xyz[other] if similarity is None else similarity.apply(b.xyz[other])
-    dispersions = a.point_dispersion[own], b.point_dispersion[other]
-    correlated = a.correlated and b.correlated
-    return _tested(a.point_ids, b.point_ids, own, a.xyz[own] - xyz, dispersions, weighting, correlated, alpha)
-
-
-def _tested(
-    ids_a: list[str], ids_b: list[str], own: IntArray, difference: FloatArray,
-    dispersions: tuple[FloatArray, FloatArray], weighting: Weighting | None, correlated: bool, alpha: float,
-) -> Differences:  # fmt: skip
-    """Differences with their sigma and the test of each row."""
-    count = len(own)
-    sigma, nan = np.full(difference.shape, np.nan), np.full(count, np.nan)
-    statistic, dimensions, probability = nan, np.zeros(count, dtype=np.int64), nan
-    significant = np.zeros(count, dtype=bool)
-    if weighting is not None and count:
-        dispersion, reference = weighting.of(*dispersions)
-        variance, judged = np.einsum("nii->ni", dispersion), np.einsum("nii->ni", reference)
-        told = (variance > SHARE * judged) & (judged > 0.0)
-        sigma = np.where(told, np.sqrt(np.where(told, variance, 1.0)), np.nan)
-        if correlated:
-            tests = wald_tests(difference, dispersion, reference, weighting.degrees)
-            statistic, dimensions, probability = tests.statistic, tests.dimensions, tests.probability
-            tested = int((dimensions > 0).sum())
-            significant = tests.significant(single_alpha(alpha, "sidak", tested))
-    here, there = set(ids_a), set(ids_b)
-    return Differences(
-        ids=tuple(ids_a[k] for k in own),
-        difference=difference,
-        sigma=sigma,
-        statistic=statistic,
-        dimensions=dimensions,
-        probability=probability,
-        significant=significant,
-        only_a=tuple(name for name in ids_a if name not in there),
-        only_b=tuple(name for name in ids_b if name not in here),
-    )
-
-
-def _common(a: list[str], b: list[str]) -> tuple[IntArray, IntArray]:
-    """Rows of A and of B that have the same id."""
-    place = {name: row for row, name in enumerate(b)}
-    own = [row for row, name in enumerate(a) if name in place]
-    return np.array(own, dtype=np.int64), np.array([place[a[row]] for row in own], dtype=np.int64)
 
 
 def _problems(
@@ -251,10 +133,9 @@ def _problems(
             Problem(
                 "SBB612",
                 "info",
-                "the datum of at least one adjustment is free: B was transformed onto A, and the "
-                "differences have no σ",
+                f"the datum of at least one adjustment is free: B was transformed onto A; {_left(a, b)}",
                 "datum",
-                "their dispersions refer to different datums",
+                "σ of free networks refer to their datums; images are tested with `adjust --dispersion full`",
             )
         )
     if not (a.correlated and b.correlated):
@@ -268,7 +149,8 @@ def _problems(
                 "adjust with `--dispersion blocks`",
             )
         )
-    if weighting is not None and weighting.reference != "both" and _less(a, b, weighting):
+    free = a.free or b.free
+    if weighting is not None and not free and weighting.reference != "both" and _less(a, b, weighting):
         found.append(
             Problem(
                 "SBB614",
@@ -282,9 +164,15 @@ def _problems(
     return tuple(found)
 
 
+def _left(a: StoredResult, b: StoredResult) -> str:
+    if a.full_images is None or b.full_images is None:
+        return "differences have no σ"
+    return "σ of images are those of what a similarity leaves, points and splines have none"
+
+
 def _less(a: StoredResult, b: StoredResult, weighting: Weighting) -> bool:
     """Whether variances of images contradict the order of precision."""
-    own, other = _common(a.image_ids, b.image_ids)
+    own, other = common_rows(a.image_ids, b.image_ids)
     dispersion, reference = weighting.of(a.image_dispersion[own], b.image_dispersion[other])
     variance, judged = np.einsum("nii->ni", dispersion)[:, 3:], np.einsum("nii->ni", reference)[:, 3:]
     return bool((variance < -10.0 * SHARE * judged).any())

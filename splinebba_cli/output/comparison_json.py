@@ -8,7 +8,8 @@ import numpy as np
 
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.core.quality.parameter_test import RatioTest
-from splinebba_cli.output.comparison import Comparison, Differences
+from splinebba_cli.output.comparison import Comparison
+from splinebba_cli.output.comparison_differences import Differences
 from splinebba_cli.output.json_text import finite
 from splinebba_cli.output.stored_result import StoredResult
 

@@ -33,6 +33,7 @@ class StoredResult:
     image_dispersion: FloatArray  # (m, 6, 6) omega, phi, kappa, X0, Y0, Z0
     point_dispersion: FloatArray  # (n, 3, 3)
     correlated: bool  # whether the dispersions hold covariances (dispersion.npz), not variances alone
+    full_images: FloatArray | None = None  # (6 m, 6 m) all orientations together, of `--dispersion full`
 
     @cached_property
     def image_ids(self) -> list[str]:
@@ -143,7 +144,11 @@ def read_result(folder: Path) -> StoredResult:
         with np.load(path, allow_pickle=False) as file:
             factor = np.where(np.arange(6) < 3, np.pi / 180.0, 1.0)
             images = file["image_dispersion"] * np.outer(factor, factor)
-            return StoredResult(folder, content, images, file["point_dispersion"], True)
+            full, count = None, 6 * len(images)
+            if "matrix" in file:
+                scale = np.tile(factor, len(images))
+                full = file["matrix"][:count, :count] * np.outer(scale, scale)
+            return StoredResult(folder, content, images, file["point_dispersion"], True, full)
     sigma = np.radians(_numbers([i["sigma"] for i in content["images"]], _ANGLES))
     both = np.hstack([sigma, _numbers([i["sigma"] for i in content["images"]], _XYZ)])
     points = _numbers([p["sigma"] for p in content["points"]], _XYZ)

@@ -25,10 +25,10 @@ CRITERIA = (
 # attributes that the schema of the Jenkins xUnit plugin (junit-10.xsd) requires and allows
 REQUIRED = {"testsuite": {"name", "tests", "failures", "errors"}, "testcase": {"name"}}
 ALLOWED = {
-    "testsuites": {"name", "time", "tests", "failures", "errors", "disabled"},
-    "testsuite": {"name", "tests", "failures", "errors", "time", "disabled", "skipped", "timestamp", "hostname", "id",
-                  "package", "group", "file", "log", "url", "version"},
-    "testcase": {"name", "classname", "time", "assertions", "status", "class", "file", "line", "log", "group", "url"},
+    "testsuites": {"name", "time", "tests", "failures", "errors"},
+    "testsuite": {"name", "tests", "failures", "errors", "group", "time", "skipped", "timestamp", "hostname", "id",
+                  "package", "file", "log", "url"},
+    "testcase": {"name", "classname", "time", "group"},
     "failure": {"type", "message"},
     "error": {"type", "message"},
 }  # fmt: skip

@@ -2,9 +2,9 @@
 
 At the samples of the first curve, d is the difference to the nearest point of the second, across both. With the
 lateral dispersions C_1 and C_2 (normal planes) the sigma of the distance is sqrt(e'(C_1 + C_2) e), e = d / |d|, and
-d'(C_1 + C_2)^+ d is chi-square with two degrees of freedom where both curves are the same and were adjusted from
-independent measurements.  What they share (orientations that were adjusted with them) is not taken into account: it
-makes the predicted sigma too large.
+d'(C_1 + C_2)^-1 d in the normal plane of the second is chi-square with two degrees of freedom where both curves are the
+same and were adjusted from independent measurements.  What they share (orientations that were adjusted with them) is
+not taken into account: it makes the predicted sigma too large.
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ class CurveComparison:
     difference: FloatArray  # (n, 3) first - second, m
     distance: FloatArray  # (n,) m
     sigma: FloatArray  # (n,) of the distance, in its direction, m
-    normalized: FloatArray  # (n,) sqrt(d' C^+ d / 2); 1 in the mean square for the same curve
-    dimensions: IntArray  # (n,) rank of C
+    normalized: FloatArray  # (n,) sqrt(d' C^-1 d / 2); 1 in the mean square for the same curve
+    dimensions: IntArray  # (n,) rank of C in the normal plane
 
     @property
     def rms(self) -> float:
@@ -107,13 +107,23 @@ def compare_sampled(
     distance = np.linalg.norm(difference, axis=1)
     direction = np.where(distance[:, None] > 0.0, difference / np.maximum(distance, 1e-300)[:, None], 0.0)
     variance = np.einsum("ni,nij,nj->n", direction, spread, direction)
-    values, vectors = np.linalg.eigh(spread)
+    plane = _normal_plane(basis.evaluate(place, coefficients, 1))
+    values, vectors = np.linalg.eigh(plane.transpose(0, 2, 1) @ spread @ plane)
     size = np.einsum("nii->n", abs(factors[0]) * own + abs(factors[1]) * other)
     kept = values > (SMALL if min(factors) > 0.0 else SHARE) * size[:, None]
-    along = np.einsum("nij,ni->nj", vectors, difference)
+    along = np.einsum("nij,nki,nk->nj", vectors, plane, difference)
     square = np.sum(np.where(kept, along**2 / np.where(kept, values, 1.0), 0.0), axis=1)
     sigma = np.sqrt(np.maximum(variance, 0.0))
     return CurveComparison(u, difference, distance, sigma, np.sqrt(square / 2.0), kept.sum(axis=1))
+
+
+def _normal_plane(tangent: FloatArray) -> FloatArray:
+    """Two unit vectors across tangents (n, 3), (n, 3, 2).
+
+    The normal planes of two curves differ a little, so that the sum of their lateral dispersions has a small variance
+    along them, too: it says nothing and is left out.
+    """
+    return np.asarray(np.linalg.svd(tangent[:, :, None], full_matrices=True)[0][:, :, 1:])
 
 
 def _sampled(one: AdjustedCurve, origin: FloatArray) -> SampledCurve:
