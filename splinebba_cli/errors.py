@@ -94,10 +94,18 @@ ERROR_CODES: dict[str, str] = {
     "SBB535": "spline folded",
     "SBB536": "knot interval without measurements",
     "SBB537": "arc lengths too long for one Simpson step",
+    "SBB553": "few check points",
+    "SBB554": "check points differ by more than predicted",
+    "SBB555": "check points shifted as a whole",
+    "SBB556": "check spline farther from its given shape than predicted",
     # 6xx: output
     "SBB601": "results cannot be written",
     "SBB602": "not a result folder",
     "SBB603": "the file or folder exists",
+    "SBB611": "results have nothing in common",
+    "SBB612": "results compared after a similarity transformation",
+    "SBB613": "results without covariances",
+    "SBB614": "results are not related as assumed",
     # 7xx: simulation
     "SBB701": "the truth does not fit the project",
     "SBB702": "not enough is known to simulate",

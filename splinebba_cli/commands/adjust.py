@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,19 +14,21 @@ import typer
 from splinebba_cli.commands.console import (
     Log,
     expected_errors,
+    print_annotations,
+    print_error_annotations,
     print_json,
     rich_console,
 )
 from splinebba_cli.commands.options import (
+    CheckFormat,
+    CheckFormatOption,
     DispersionChoice,
-    FormatOption,
-    OutputFormat,
     ProjectArgument,
     QuietOption,
     TableChoice,
     VerboseOption,
 )
-from splinebba_cli.errors import ExitCode
+from splinebba_cli.errors import ExitCode, SplinebbaError
 
 if TYPE_CHECKING:
     from splinebba_cli.core.result import AdjustmentResult
@@ -45,16 +49,21 @@ def adjust(
         TableChoice, typer.Option("--tables", help="Format of the result tables.")
     ] = TableChoice.csv,
     html: Annotated[bool, typer.Option("--html/--no-html", help="Whether report.html is written.")] = True,
-    format: FormatOption = OutputFormat.text,
+    junit: Annotated[
+        Path | None,
+        typer.Option("--junit", help="JUnit XML to write: one test case a criterion of `acceptance`."),
+    ] = None,
+    format: CheckFormatOption = CheckFormat.text,
     quiet: QuietOption = False,
     verbose: VerboseOption = 0,
 ) -> None:
     """Adjust a project and write its results: values, dispersion, tests, reports."""
     log = Log(quiet, verbose)
-    with expected_errors(as_json=format is OutputFormat.json):
+    with expected_errors(as_json=format is CheckFormat.json), _reported(project, junit, format):
         from splinebba_cli.core.adjustment import adjust as adjust_network
+        from splinebba_cli.output.junit import junit_of_criteria
         from splinebba_cli.output.result_folder import write_result_folder
-        from splinebba_cli.project.acceptance import violations
+        from splinebba_cli.project.acceptance import assess, violations
         from splinebba_cli.project.adjusted import adjusted_project
         from splinebba_cli.project.loading import load_project
         from splinebba_cli.report.build import write_reports
@@ -65,8 +74,9 @@ def adjust(
         read = time.perf_counter()
         full = dispersion is DispersionChoice.full
         result = adjust_network(loaded.network, observer=log.iteration, full_dispersion=full)
-        failed = violations(loaded.model.acceptance, result)
-        result = replace(result, problems=(*failed, *result.problems))
+        criteria = assess(loaded.model.acceptance, result)
+        failed = violations(criteria)
+        result = replace(result, acceptance=criteria, problems=(*failed, *result.problems))
         adjusted = time.perf_counter()
         directory = output if output is not None else default_output(loaded.path)
         write_result_folder(
@@ -80,12 +90,37 @@ def adjust(
             timings={"read": read - start, "adjust": adjusted - read, **result.timings},
         )
         log.detail(f"read {read - start:.2f} s, adjusted {adjusted - read:.2f} s")
-        if format is OutputFormat.json:
+        if junit is not None:
+            _write_junit(junit, junit_of_criteria(loaded.name, criteria))
+        if format is CheckFormat.json:
             print_json(summary_data(result, directory, accepted=not failed))
+        elif format is CheckFormat.github:
+            print_annotations(loaded.path, result.problems)
         else:
             _print_summary(result, directory)
     if failed:
         raise typer.Exit(ExitCode.NOT_ACCEPTED)
+
+
+@contextmanager
+def _reported(project: Path, junit: Path | None, format: CheckFormat) -> Iterator[None]:
+    """An adjustment that ends without results is told to those who read JUnit files and annotations."""
+    try:
+        yield
+    except SplinebbaError as error:
+        if junit is not None:
+            from splinebba_cli.output.junit import junit_of_error
+
+            _write_junit(junit, junit_of_error(project.stem, error))
+        if format is CheckFormat.github:
+            print_error_annotations(project, error)
+        raise
+
+
+def _write_junit(path: Path, text: str) -> None:
+    from splinebba_cli.output.atomic import write_file_atomically
+
+    write_file_atomically(path, text)
 
 
 def default_output(project: Path) -> Path:
@@ -103,6 +138,7 @@ def summary_data(result: AdjustmentResult, directory: Path, *, accepted: bool) -
         "accepted": accepted,
         "status": content["status"],
         "statistics": content["statistics"],
+        "acceptance": content["acceptance"],
         "problems": content["problems"],
     }
 

@@ -9,7 +9,7 @@ import typer
 from typer.core import TyperGroup
 
 from splinebba_cli import __version__
-from splinebba_cli.commands import adjust, check, explain, fit, report, schema, simulate
+from splinebba_cli.commands import adjust, check, compare, explain, fit, report, schema, simulate
 from splinebba_cli.errors import ExitCode
 
 
@@ -88,6 +88,7 @@ app.command("adjust")(adjust.adjust)
 app.command("report")(report.report)
 app.command("simulate")(simulate.simulate)
 app.command("fit")(fit.fit)
+app.command("compare")(compare.compare)
 app.command("schema")(schema.schema)
 app.command("explain")(explain.explain)
 

@@ -15,6 +15,8 @@ import typer
 from splinebba_cli.errors import NotSolvableError, ProjectError, SplinebbaError
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from rich.console import Console as RichConsole
 
     from splinebba_cli.core.result import Iteration, Problem
@@ -74,6 +76,28 @@ def print_diagnostics(diagnostics: Sequence[Diagnostic], *, to_stdout: bool) -> 
             text.highlight_words([word], style)
         console.print(text, soft_wrap=True)
         console.print()
+
+
+def print_annotations(project: Path, problems: Sequence[Problem]) -> None:
+    """Problems of a result as workflow commands of GitHub, on stdout."""
+    from splinebba_cli.project.annotations import problem_diagnostics
+    from splinebba_cli.project.diagnostics import render_github
+
+    if problems:
+        print(render_github(problem_diagnostics(project, problems)))
+
+
+def print_error_annotations(project: Path, error: SplinebbaError) -> None:
+    """An expected error as workflow commands of GitHub, on stdout."""
+    from splinebba_cli.core.result import Problem
+    from splinebba_cli.project.diagnostics import render_github
+
+    if isinstance(error, ProjectError):
+        print(render_github(error.diagnostics))
+    elif isinstance(error, NotSolvableError) and error.problems:
+        print_annotations(project, error.problems)
+    else:
+        print_annotations(project, [Problem(error.code, "error", error.message, "", error.help)])
 
 
 def print_json(data: Any) -> None:

@@ -60,6 +60,10 @@ ProjectArgument = Annotated[
         metavar="PROJECT", help="Project file, or a folder with a project.yaml.", show_default=False
     ),
 ]
+CheckFormatOption = Annotated[
+    CheckFormat,
+    typer.Option("--format", help="How results are printed; github: annotations of a workflow."),
+]
 FormatOption = Annotated[OutputFormat, typer.Option("--format", help="How results are printed.")]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no warnings.")]
 VerboseOption = Annotated[

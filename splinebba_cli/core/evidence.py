@@ -164,17 +164,21 @@ class HighCorrelation:
 
 
 @dataclass(frozen=True)
-class ErrorEllipse:
-    """Confidence figures of a position."""
+class ErrorEllipses:
+    """Standard ellipses and ellipsoids of positions and their uncertainty with a confidence, one row a position."""
 
-    kind: Literal["point", "image"]
-    id: str
-    semi_axes_m: FloatArray  # (2,) horizontal standard ellipse, larger first
-    azimuth_rad: float  # of its larger axis, from the Y axis of the object frame clockwise (grid north)
-    ellipsoid_m: FloatArray  # (3,) semi-axes of the standard ellipsoid, larger first
-    ellipsoid_axes: FloatArray  # (3, 3) their unit directions, one a row
-    horizontal_m: float  # radius that holds the horizontal position with the confidence
-    vertical_m: float  # half length of the vertical interval with the confidence
+    ids: tuple[str, ...]
+    semi_axes_m: FloatArray  # (n, 2) horizontal standard ellipse, larger first
+    azimuth_rad: FloatArray  # (n,) of its larger axis, from the Y axis of the object frame clockwise, [0, pi)
+    ellipsoid_m: FloatArray  # (n, 3) semi-axes of the standard ellipsoid, larger first
+    ellipsoid_axes: FloatArray  # (n, 3, 3) their unit directions, one a row
+    horizontal_m: (
+        FloatArray  # (n,) radius of the circle that holds the horizontal position with the confidence
+    )
+    vertical_m: FloatArray  # (n,) half length of the vertical interval with the confidence
+
+    def __len__(self) -> int:
+        return len(self.ids)
 
 
 @dataclass(frozen=True)
@@ -182,11 +186,32 @@ class Precision:
     """Precision of positions with a confidence, and what is correlated."""
 
     confidence: float
-    ellipse_factor: float  # of standard ellipses
+    degrees: float | None  # redundancy from which the variance of unit weight is estimated; None: it is known
+    interval_factor: float  # of standard deviations, for an interval with the confidence
+    ellipse_factor: float  # of standard ellipses, horizontal ones and those across curves
     ellipsoid_factor: float
-    ellipses: tuple[ErrorEllipse, ...] = ()
-    correlations: tuple[HighCorrelation, ...] = ()
+    images: ErrorEllipses
+    points: ErrorEllipses
+    correlations: tuple[HighCorrelation, ...] = ()  # the highest ones
+    correlations_found: int = 0  # beyond the threshold, listed or not
     correlation_threshold: float = 0.95
+
+
+CriterionStatus = Literal["passed", "failed", "untested"]
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """One acceptance criterion of the project, with what was found."""
+
+    key: str  # of `acceptance` in the project: "max_sigma0"
+    title: str  # "largest σ of a perspective centre"
+    value: float | None  # None: there is none to test
+    limit: float | None  # None: a test, passed or not
+    unit: str  # "m", "°", ""
+    status: CriterionStatus
+    message: str  # one sentence: what was found against what is allowed
+    subject: str = ""  # the worst one: "image `762`"
 
 
 @dataclass(frozen=True)

@@ -100,6 +100,7 @@ class Curve:
     breaks: tuple[int, ...] = ()  # knots at which the curve has a corner (C0)
     reference: FloatArray | None = None  # (k, 3) reference values of the gauge conditions; None: `values`
     check_values: FloatArray | None = None  # (q, 3) given shape of a check spline (points along it)
+    check_sigma: float = 0.0  # m, of these points in every direction across
     continuity: int = -1  # of the segments of a polynomial: -1 none, 0 C0, 1 C1, 2 C2
     natural_ends: bool = False  # X'' = 0 at both ends of a C2 polynomial of degree 3
     tension: float = 0.0  # of a cardinal spline, [-1, 1); 0: Catmull-Rom

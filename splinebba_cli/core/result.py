@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from splinebba_cli.core.evidence import Evidence, Reliability, Revision
+from splinebba_cli.core.evidence import Criterion, Evidence, Reliability, Revision
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, Network
 
 Severity = Literal["error", "warning", "info"]
@@ -189,11 +189,19 @@ class PriorResidual:
     residual: float  # adjusted - given; m or rad
     sigma: float
     redundancy: float
-    standardized: float = float(
-        "nan"
-    )  # v / (sigma0_prior sqrt(q_vv)); NaN of conditions and where not controlled
+    standardized: float = float("nan")  # v / (sigma0_prior sqrt(q_vv)); NaN of conditions
     minimal_detectable_bias: float = float("nan")  # m or rad; NaN of conditions
     bias_to_noise: float = float("nan")
+
+
+@dataclass(frozen=True)
+class CheckTest:
+    """Differences against their predicted dispersion: d'C^-1 d and the largest value that is accepted."""
+
+    statistic: float
+    degrees: float  # of freedom of the statistic
+    critical: float
+    passed: bool
 
 
 @dataclass(frozen=True)
@@ -204,6 +212,29 @@ class CheckPoint:
     difference: FloatArray  # (3,)
     sigma: FloatArray  # (3,) predicted sigma of the difference
     normalized: float  # sqrt(d' Q^-1 d / 3)
+    passed: bool = True  # the test of this point alone
+
+
+@dataclass(frozen=True)
+class CheckPointSummary:
+    """All check points together; metres.  Accuracies include that of the given coordinates (ASPRS 2023)."""
+
+    count: int
+    rmse: FloatArray  # (3,)
+    mean: FloatArray  # (3,)
+    largest: FloatArray  # (3,) difference of largest amount, with its sign
+    rmse_horizontal: float  # sqrt(rmse_x^2 + rmse_y^2)
+    rmse_vertical: float
+    given_horizontal: float  # accuracy of the given coordinates, root mean square of their sigma
+    given_vertical: float
+    accuracy_horizontal: float
+    accuracy_vertical: float
+    accuracy_3d: float
+    alpha: float  # of all single tests together, of the test together and of that of the mean
+    critical: float  # of sqrt(d' Q^-1 d / 3) of one point
+    beyond: int  # points whose test fails
+    together: CheckTest | None  # all differences with their correlations; None: too many for it
+    shift: CheckTest | None  # their mean
 
 
 @dataclass(frozen=True)
@@ -215,6 +246,14 @@ class CheckSpline:
     rms: float
     largest: float
     sigma_mean: float
+    mean: float = float("nan")  # of the distances
+    shift: FloatArray = field(
+        default_factory=lambda: np.full(3, np.nan)
+    )  # (3,) mean adjusted - given, across
+    normalized: FloatArray = field(default_factory=lambda: np.zeros(0))  # (q,) sqrt(d' C^-1 d / 2)
+    critical: float = float("nan")  # of the normalized distance at one point
+    beyond: int = 0  # points whose test fails
+    together: CheckTest | None = None  # all of its points, with their correlations
 
 
 @dataclass(frozen=True)
@@ -223,6 +262,7 @@ class Checks:
 
     points: tuple[CheckPoint, ...] = ()
     splines: tuple[CheckSpline, ...] = ()
+    summary: CheckPointSummary | None = None  # of the check points
 
 
 @dataclass(frozen=True)
@@ -256,4 +296,5 @@ class AdjustmentResult:
     distance_residuals: ScalarResiduals = field(default_factory=ScalarResiduals.none)
     evidence: Evidence = field(default_factory=Evidence)
     revision: Revision = field(default_factory=Revision)
+    acceptance: tuple[Criterion, ...] = ()  # criteria of the project, once they are assessed
     timings: dict[str, float] = field(default_factory=dict)

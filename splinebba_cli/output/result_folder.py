@@ -24,6 +24,7 @@ _OWN_TABLES = frozenset(
     {
         "exterior_orientation",
         "points",
+        "error_ellipses",
         "spline_coefficients",
         "spline_samples",
         "spline_locations",

@@ -14,13 +14,13 @@ import numpy as np
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.core.result import AdjustmentResult, ConicElements, CurveResult
 from splinebba_cli.errors import OutputError
+from splinebba_cli.output.checks_json import acceptance_to_list, checks_to_dict, precision_to_dict
 from splinebba_cli.output.json_text import finite, json_text
 from splinebba_cli.output.local_tests import local_tests_part
 from splinebba_cli.output.residual_summary import residual_summary
 from splinebba_cli.output.tables import EOP_NAMES
 
 RESULT_FORMAT = "splinebba-result/1"
-STRONG_CORRELATION = 0.95
 _EOP_KEYS = ("x", "y", "z", "omega", "phi", "kappa")
 _EOP_ORDER = (3, 4, 5, 0, 1, 2)
 
@@ -49,6 +49,7 @@ def result_to_dict(result: AdjustmentResult, provenance: dict[str, Any] | None =
         },
         "statistics": _statistics(result),
         "settings": _settings(result),
+        "acceptance": acceptance_to_list(result.acceptance),
         "problems": [
             {
                 "code": p.code,
@@ -63,7 +64,8 @@ def result_to_dict(result: AdjustmentResult, provenance: dict[str, Any] | None =
         "images": _images(result),
         "splines": [_spline(result, number) for number in range(len(result.curves))],
         "points": _points(result),
-        "checks": _checks(result),
+        "checks": checks_to_dict(result.checks),
+        "precision": precision_to_dict(result.evidence.precision),
         "residuals": residual_summary(result),
         "tests": local_tests_part(result),
         "convergence": [
@@ -171,21 +173,23 @@ def _images(result: AdjustmentResult) -> list[dict[str, Any]]:
                 **values,
                 "sigma": {key: sigma[i, j] for key, j in zip(_EOP_KEYS, _EOP_ORDER, strict=True)},
                 "fixed": [EOP_NAMES[j] for j in range(6) if not result.images.estimated[i, j]],
-                "correlations": _strong_correlations(result.images.dispersion[i]),
+                "correlations": _strong_correlations(
+                    result.images.dispersion[i], result.network.settings.correlation_threshold
+                ),
             }
         )
     return rows
 
 
-def _strong_correlations(dispersion: FloatArray) -> list[dict[str, Any]]:
-    """Pairs of exterior orientation parameters with |r| > 0.95, strongest first."""
+def _strong_correlations(dispersion: FloatArray, threshold: float) -> list[dict[str, Any]]:
+    """Pairs of exterior orientation parameters with |r| beyond the threshold, strongest first."""
     sigma = np.sqrt(np.maximum(np.diag(dispersion), 0.0))
     pairs = []
     for i in range(6):
         for j in range(i + 1, 6):
             if sigma[i] > 0.0 and sigma[j] > 0.0:
                 r = float(dispersion[i, j] / (sigma[i] * sigma[j]))
-                if abs(r) > STRONG_CORRELATION:
+                if abs(r) > threshold:
                     pairs.append({"a": EOP_NAMES[i], "b": EOP_NAMES[j], "r": r})
     return sorted(pairs, key=lambda pair: -abs(float(str(pair["r"]))))
 
@@ -274,32 +278,3 @@ def _points(result: AdjustmentResult) -> list[dict[str, Any]]:
             zip(result.network.points.ids, result.network.points.role, strict=True)
         )
     ]
-
-
-def _checks(result: AdjustmentResult) -> dict[str, Any]:
-    checks = result.checks
-    difference = np.array([point.difference for point in checks.points]).reshape(-1, 3)
-    rms = np.sqrt(np.mean(difference**2, axis=0)) if len(difference) else np.full(3, np.nan)
-    return {
-        "points": [
-            {
-                "id": point.id,
-                "difference": dict(zip("xyz", point.difference.tolist(), strict=True)),
-                "sigma": dict(zip("xyz", point.sigma.tolist(), strict=True)),
-                "normalized": point.normalized,
-            }
-            for point in checks.points
-        ],
-        "points_rms": dict(zip("xyz", rms.tolist(), strict=True)),
-        "splines": [
-            {
-                "id": spline.id,
-                "n": int(np.isfinite(spline.distance).sum()),
-                "rms": spline.rms,
-                "max": spline.largest,
-                "sigma_mean": spline.sigma_mean,
-                "distance": spline.distance,
-            }
-            for spline in checks.splines
-        ],
-    }

@@ -13,6 +13,7 @@ from splinebba_cli.core.curves.registry import basis_of
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.result import AdjustmentResult, ScalarResiduals
 from splinebba_cli.output.columns import Column, Table
+from splinebba_cli.output.ellipse_table import error_ellipse_tables
 
 _PHOTO = "%.7f"  # mm: a tenth of a nanometre
 _RATIO = "%.6f"
@@ -26,6 +27,7 @@ def all_tables(result: AdjustmentResult) -> tuple[Table, ...]:
     return (
         exterior_orientation_table(result),
         points_table(result),
+        *error_ellipse_tables(result.evidence.precision),
         spline_coefficients_table(result),
         spline_samples_table(result),
         spline_locations_table(result),

@@ -171,6 +171,7 @@ def _add(
         natural_ends=entry.natural_ends,
         tension=entry.tension,
         check_values=check_values,
+        check_sigma=entry.check_sigma_m,
     )
     if check_curve(curve, place, path, building):
         if entry.role == "check" and check_values is None:

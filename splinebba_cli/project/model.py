@@ -6,7 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
-from splinebba_cli.project.model_adjustment import Acceptance, Adjustment, Knots
+from splinebba_cli.project.model_acceptance import Acceptance
+from splinebba_cli.project.model_adjustment import Adjustment, Knots
 from splinebba_cli.project.model_camera import Camera
 from splinebba_cli.project.model_features import PointEntry, SplineEntry
 from splinebba_cli.project.model_images import ImageEntry

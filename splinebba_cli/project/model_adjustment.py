@@ -131,23 +131,3 @@ class Adjustment(Model):
     correlation_threshold: PositiveNumber = Field(
         default=0.95, lt=1, description="Correlations beyond it are named."
     )
-
-
-class Acceptance(Model):
-    """What a result must satisfy; a violation ends `adjust` with exit code 1, the results are written."""
-
-    global_test: bool = Field(
-        default=False, description="The χ² test of the variance of unit weight must pass."
-    )
-    max_sigma0: PositiveNumber | None = Field(
-        default=None, description="Largest σ̂₀ (in units of sigma0_prior's unit weight)."
-    )
-    max_check_rmse_m: PositiveNumber | None = Field(
-        default=None, description="Largest root mean square difference at check points in X, Y or Z, m."
-    )
-    max_check_spline_rms_m: PositiveNumber | None = Field(
-        default=None, description="Largest root mean square distance across any check spline, m."
-    )
-    max_position_sigma_m: PositiveNumber | None = Field(
-        default=None, description="Largest σ of a coordinate of any perspective centre, m."
-    )

@@ -13,6 +13,7 @@ from splinebba_cli.project.scalars import (
     Family,
     Id,
     Model,
+    NonNegativeNumber,
     Number,
     Parameterization,
     PointRole,
@@ -109,6 +110,9 @@ class Spline(SplineOptions):
     check_values: KnotRows | None = Field(
         default=None,
         description="Given points along a check spline, m, to compare with; default: its knots, or its given shape.",
+    )
+    check_sigma_m: NonNegativeNumber = Field(
+        default=0.0, description="σ of the given points of a check spline in every direction across it, m."
     )
 
 

@@ -143,6 +143,80 @@ POINT = object_of(
         "sigma": _xyz("Metres."),
     }
 )
+CHECK_TEST = object_of(
+    {"statistic": NUMBER, "degrees": NUMBER, "critical": NUMBER, "passed": FLAG},
+    about="d′C⁻¹d of differences with their predicted dispersion, and the largest accepted value.",
+)
+TEST_OR_NULL: Schema = {"anyOf": [CHECK_TEST, {"type": "null"}]}
+_LEVELS = object_of(dict.fromkeys(("horizontal", "vertical"), NUMBER))
+CHECKS = object_of(
+    {"points": {"type": "array"}, "splines": {"type": "array"}},
+    {
+        "points_summary": object_of(
+            {
+                "count": COUNT,
+                "rmse": object_of(dict.fromkeys(("x", "y", "z", "horizontal", "vertical"), NUMBER)),
+                "mean": _xyz(),
+                "largest": _xyz(),
+                "given": _LEVELS,
+                "accuracy": object_of(dict.fromkeys(("horizontal", "vertical", "3d"), NUMBER)),
+                "alpha": NUMBER,
+                "critical": NUMBER,
+                "beyond": COUNT,
+                "together": TEST_OR_NULL,
+                "shift": TEST_OR_NULL,
+            },
+            about="All check points, metres; accuracies include that of the given coordinates.",
+        )
+    },
+)
+CRITERION = object_of(
+    {
+        "criterion": TEXT,
+        "title": TEXT,
+        "value": NUMBER_OR_NULL,
+        "limit": NUMBER_OR_NULL,
+        "unit": TEXT,
+        "status": {"enum": ["passed", "failed", "untested"]},
+        "message": TEXT,
+        "subject": TEXT,
+    },
+    about="A key of `acceptance` in the project with what was found; limit null: a test.",
+)
+_POSITIONS = object_of(
+    {
+        "count": COUNT,
+        "horizontal_rms_m": NUMBER_OR_NULL,
+        "vertical_rms_m": NUMBER_OR_NULL,
+        "worst": array_of(
+            object_of(
+                {
+                    "id": TEXT,
+                    "semi_axes_m": array_of(NUMBER, 2),
+                    "azimuth_deg": NUMBER,
+                    "ellipsoid_m": array_of(NUMBER, 3),
+                    "horizontal_m": NUMBER,
+                    "vertical_m": NUMBER,
+                }
+            )
+        ),
+    }
+)
+PRECISION = object_of(
+    {
+        "confidence": NUMBER,
+        "degrees": {**NUMBER_OR_NULL, "description": "Redundancy behind σ̂₀; null: σ₀ is known."},
+        "interval_factor": NUMBER,
+        "ellipse_factor": NUMBER,
+        "ellipsoid_factor": NUMBER,
+        "images": _POSITIONS,
+        "points": _POSITIONS,
+        "correlation_threshold": NUMBER,
+        "correlations_found": COUNT,
+        "correlations": array_of(object_of({"first": TEXT, "second": TEXT, "r": NUMBER})),
+    },
+    about="Standard ellipses, uncertainties with the confidence, correlations beyond the threshold.",
+)
 
 INFLUENCE = object_of(
     {
@@ -202,10 +276,14 @@ def result_schema() -> Schema:
             "images": array_of(IMAGE),
             "splines": array_of(SPLINE),
             "points": array_of(POINT),
-            "checks": object_of({"points": {"type": "array"}, "splines": {"type": "array"}}),
+            "checks": CHECKS,
             "residuals": {"type": "object"},
             "tests": {"anyOf": [TESTS, {"type": "null"}]},
             "problems": array_of(PROBLEM),
+        },
+        {
+            "acceptance": array_of(CRITERION),
+            "precision": {"anyOf": [PRECISION, {"type": "null"}]},
         },
         about="Results of an adjustment, but for the large tables beside it.",
     )

@@ -169,6 +169,8 @@ def spline_entry(curve: Curve, prefix: str = "") -> dict[str, Any]:
         out["reference_knots"] = {"table": f"{prefix}reference_knots.csv"}
     if curve.check_values is not None:
         out["check_values"] = {"table": f"{prefix}check_values.csv"}
+    if curve.check_sigma:
+        out["check_sigma_m"] = float(curve.check_sigma)
     return out
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from splinebba_cli.report.blocks import Block, Cell, Column, Fact, Facts, FigureBlock, Note, Section, Table
+from splinebba_cli.report.blocks import Block, Cell, Column, FigureBlock, Note, Section, Table
 from splinebba_cli.report.orientation_section import subjects_with_problems
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.scale import length_scale, position_decimals
@@ -175,50 +175,3 @@ def points_section(data: ResultData) -> Section:
         folded=len(points) > 60,
     )
     return Section("points", "Points", (table,))
-
-
-def checks_section(data: ResultData) -> Section:
-    """Differences at check points and check splines."""
-    checks = data["checks"]
-    blocks: list[Block] = []
-    if checks["points"]:
-        blocks += _check_points(checks)
-    if checks["splines"]:
-        scale = length_scale(spline["rms"] for spline in checks["splines"])
-        columns = (
-            Column("Spline", numeric=False),
-            Column("Points"),
-            *(
-                Column(title, scale.unit, scale.decimals)
-                for title in ("RMS across", "Largest", "Mean predicted σ")
-            ),
-        )
-        rows = tuple(
-            (s["id"], s["n"], scale.of(s["rms"]), scale.of(s["max"]), scale.of(s["sigma_mean"]))
-            for s in checks["splines"]
-        )
-        blocks.append(
-            Table("Check splines: distance across, adjusted to given", columns, rows, source="result.json")
-        )
-    return Section("checks", "Checks", tuple(blocks))
-
-
-def _check_points(checks: dict[str, Any]) -> list[Block]:
-    scale = length_scale(point["difference"][axis] for point in checks["points"] for axis in "xyz")
-    columns = [Column("Point", numeric=False)]
-    columns += [Column(f"Δ{axis}", scale.unit, scale.decimals) for axis in "XYZ"]
-    columns += [Column(f"σ Δ{axis}", scale.unit, scale.decimals) for axis in "XYZ"]
-    columns.append(Column("normalized", "", 2, help="√(d′Q⁻¹d / 3); about 1 where the predicted σ is right"))
-    rows = tuple(
-        (
-            point["id"],
-            *(scale.of(point["difference"][axis]) for axis in "xyz"),
-            *(scale.of(point["sigma"][axis]) for axis in "xyz"),
-            point["normalized"],
-        )
-        for point in checks["points"]
-    )
-    marks = frozenset(i for i, point in enumerate(checks["points"]) if (point["normalized"] or 0.0) > 2.5)
-    rms = checks["points_rms"]
-    facts = Facts(tuple(Fact(f"RMS Δ{axis.upper()}", scale.text(rms[axis])) for axis in "xyz"))
-    return [facts, Table("Check points: adjusted − given", tuple(columns), rows, marks, "result.json")]

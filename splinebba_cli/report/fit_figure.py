@@ -10,7 +10,7 @@ import numpy as np
 
 from splinebba_cli.core.curves.fitting import FittedSpline
 from splinebba_cli.core.network import FloatArray
-from splinebba_cli.report.plan_figure import round_length
+from splinebba_cli.report.scale import round_length
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

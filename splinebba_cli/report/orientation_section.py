@@ -73,13 +73,14 @@ def _any_fixed(images: list[dict[str, Any]]) -> bool:
 
 
 def _correlations(data: ResultData) -> Block:
+    threshold = (data.content.get("precision") or {}).get("correlation_threshold", 0.95)
     rows = [
         (image["id"], _SYMBOLS[pair["a"]], _SYMBOLS[pair["b"]], pair["r"])
         for image in data["images"]
         for pair in image["correlations"]
     ]
     if not rows:
-        return Note("No two orientation parameters of an image are correlated by more than 0.95.")
+        return Note(f"No two orientation parameters of an image are correlated by more than {threshold:g}.")
     rows.sort(key=lambda row: -abs(row[3]))
     columns = (
         Column("Image", numeric=False),
@@ -89,7 +90,11 @@ def _correlations(data: ResultData) -> Block:
     )
     note = "Such parameters can hardly be told apart; their standard deviations are large together."
     return Table(
-        "Correlations beyond 0.95 inside an image", columns, tuple(rows), source="result.json", note=note
+        f"Correlations beyond {threshold:g} inside an image",
+        columns,
+        tuple(rows),
+        source="result.json",
+        note=note,
     )
 
 

@@ -9,7 +9,9 @@ import numpy as np
 from splinebba_cli.core.camera.rotation import rotation_object_from_photo
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.report.canvas import INK, MUTED, ROLE_COLOURS, STATION, svg_of
+from splinebba_cli.report.plan_ellipses import draw_ellipses
 from splinebba_cli.report.result_data import ResultData
+from splinebba_cli.report.scale import round_length
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,6 +38,7 @@ def block_plan(data: ResultData) -> str:
         _draw_splines(axes, data)
         _draw_points(axes, data)
         _draw_stations(axes, data, stations)
+        draw_ellipses(axes, data, extent)
         _finish(axes, extent)
 
     return svg_of(draw, size, "block_plan")
@@ -178,9 +181,3 @@ def _finish(axes: Axes, extent: FloatArray) -> None:
         arrowprops={"arrowstyle": "-|>", "color": MUTED, "lw": 1.2},
     )
     axes.figure.legend(loc="outside lower center", ncols=4, fontsize=8)
-
-
-def round_length(value: float) -> float:
-    """The largest of 1, 2, 5 times a power of ten that is not larger than `value`."""
-    power = 10.0 ** np.floor(np.log10(max(value, 1e-12)))
-    return float(power * max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= value * (1 + 1e-9)))

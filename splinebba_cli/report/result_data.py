@@ -83,5 +83,10 @@ class ResultData:
             rows.setdefault(name, []).append(row)
         return {name: SplineSamples(u[i], xyz[i], across[i], direction[i]) for name, i in rows.items()}
 
+    @cached_property
+    def ellipses(self) -> ReadTable:
+        """Error ellipses of images and points."""
+        return self._read("error_ellipses", ("kind", "id", "semi_major_m", "semi_minor_m", "azimuth_deg"))
+
     def _read(self, name: str, columns: tuple[str, ...] | None = None) -> ReadTable:
         return ReadTable({}) if self._folder is None else read_table(self._folder, name, columns)

@@ -68,3 +68,9 @@ def _typical(values: Iterable[float | None]) -> float | None:
 def _decimals(value: float) -> int:
     """Decimals that show three digits."""
     return min(max(0, 2 - math.floor(math.log10(value))), 4)
+
+
+def round_length(value: float) -> float:
+    """The largest of 1, 2, 5 times a power of ten that is not larger than `value`."""
+    power = 10.0 ** math.floor(math.log10(max(value, 1e-12)))
+    return power * max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= value * (1 + 1e-9))

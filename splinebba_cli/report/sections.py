@@ -16,8 +16,10 @@ from splinebba_cli.report.blocks import (
     Section,
     Verdict,
 )
-from splinebba_cli.report.feature_sections import checks_section, points_section, splines_section
+from splinebba_cli.report.check_sections import acceptance_section, checks_section
+from splinebba_cli.report.feature_sections import points_section, splines_section
 from splinebba_cli.report.orientation_section import cameras_section, orientation_section
+from splinebba_cli.report.precision_section import precision_section
 from splinebba_cli.report.reliability_section import reliability_section
 from splinebba_cli.report.residual_sections import conditions_section, priors_section, residuals_section
 from splinebba_cli.report.result_data import ResultData
@@ -54,12 +56,14 @@ def build_report(data: ResultData) -> Report:
         if part
     )
     sections = [
+        acceptance_section(data),
         problems_section(data),
         statistics_section(data),
         plan_section(data),
         orientation_section(data),
         splines_section(data),
         points_section(data),
+        precision_section(data),
         checks_section(data),
         residuals_section(data),
         reliability_section(data),
@@ -242,7 +246,8 @@ def plan_section(data: ResultData) -> Section:
     """The block seen from above."""
     caption = (
         "Block seen along the Z axis: camera stations, footprints at the mean height of the object where the "
-        "image format is known, splines by role, points. Y points up (grid north in a map frame)."
+        "image format is known, splines by role, points, standard ellipses enlarged as written. Y points up (grid "
+        "north in a map frame)."
     )
     counts = [_plural(len(data[name + "s"]), name) for name in ("image", "spline", "point")]
     alt = f"Plan of {counts[0]}, {counts[1]} and {counts[2]}"

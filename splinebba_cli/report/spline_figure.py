@@ -16,8 +16,8 @@ import numpy as np
 
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.report.canvas import INK, ROLE_COLOURS, svg_of
-from splinebba_cli.report.plan_figure import round_length
 from splinebba_cli.report.result_data import ResultData, SplineSamples
+from splinebba_cli.report.scale import round_length
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,8 +10,9 @@ import pytest
 
 from splinebba_cli.output.result_json import result_to_dict
 from splinebba_cli.report import plan_figure
-from splinebba_cli.report.plan_figure import block_plan, round_length
+from splinebba_cli.report.plan_figure import block_plan
 from splinebba_cli.report.result_data import ResultData, SplineSamples
+from splinebba_cli.report.scale import round_length
 from splinebba_cli.report.spline_figure import lateral_sigma
 from tests.output.factory import make_result
 

@@ -14,7 +14,9 @@ from splinebba_cli.core.evidence import Evidence
 from splinebba_cli.core.network import BoolArray, FloatArray, Network
 from splinebba_cli.core.observations.coefficient_rows import GAUGE, SHAPE
 from splinebba_cli.core.quality.arc_findings import arc_findings
-from splinebba_cli.core.quality.check_features import check_points, check_splines
+from splinebba_cli.core.quality.check_findings import check_findings
+from splinebba_cli.core.quality.check_points import check_points
+from splinebba_cli.core.quality.check_splines import check_splines
 from splinebba_cli.core.quality.cofactors import Cofactors
 from splinebba_cli.core.quality.curve_findings import curve_findings
 from splinebba_cli.core.quality.curve_precision import curve_samples
@@ -28,6 +30,7 @@ from splinebba_cli.core.quality.linked_cofactors import linked_cofactors
 from splinebba_cli.core.quality.location_precision import location_cofactors
 from splinebba_cli.core.quality.observation_effects import ObservationEffects
 from splinebba_cli.core.quality.orientation_dispersion import eop_dispersion, eop_values
+from splinebba_cli.core.quality.position_precision import position_precision
 from splinebba_cli.core.quality.prior_residuals import prior_residuals
 from splinebba_cli.core.quality.redundancy import RedundancyNumbers, redundancy_numbers
 from splinebba_cli.core.quality.reliability import delta0_of, local_tests_of
@@ -38,6 +41,7 @@ from splinebba_cli.core.quality.residual_tables import (
     point_table,
     tangent_table,
 )
+from splinebba_cli.core.quality.variance_factor import VarianceFactor, variance_degrees
 from splinebba_cli.core.result import (
     AdjustmentResult,
     Checks,
@@ -81,8 +85,9 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
     curves = curve_results(cofactors, samples, residuals, scale)
     state = solution.state
     points = cofactors.points.own * scale
-    mean_across = np.array([curve.sigma_across_mean for curve in curves])
-    checks = Checks(check_points(network, state.xyz, points), check_splines(prepared, state, mean_across))
+    variance = VarianceFactor(scale, variance_degrees(network.settings, statistics))
+    single, summary = check_points(cofactors, variance)
+    checks = Checks(single, check_splines(cofactors, variance), summary)
     eop = eop_values(network.images, state.rotation, state.position)
     eop[:, 3:] += network.origin
     images = ImageResult(
@@ -114,12 +119,14 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
         problems=adjusted.problems,
         dispersion=dispersion_blocks(cofactors, scale) if full_dispersion else None,
     )
-    result = replace(result, evidence=Evidence(tests=local_tests_of(result), influences=worst))
+    evidence = Evidence(tests=local_tests_of(result), influences=worst, precision=position_precision(result))
+    result = replace(result, evidence=evidence)
     return replace(
         result,
         problems=(
             *adjusted.problems,
             *findings(result),
+            *check_findings(checks),
             *curve_findings(prepared, state),
             *arc_findings(prepared, state),
         ),

@@ -95,7 +95,7 @@ def _correlations(result: AdjustmentResult) -> list[Problem]:
     diagonal = np.sqrt(np.maximum(np.einsum("mii->mi", result.images.dispersion), 1e-300))
     correlation = np.abs(result.images.dispersion / (diagonal[:, :, None] * diagonal[:, None, :]))
     off = correlation * (1.0 - np.eye(6))
-    high = np.flatnonzero((off > 0.95).any(axis=(1, 2)))
+    high = np.flatnonzero((off > result.network.settings.correlation_threshold).any(axis=(1, 2)))
     if not len(high):
         return []
     names = ", ".join(f"`{result.network.images.ids[k]}`" for k in high[:6])
@@ -105,7 +105,8 @@ def _correlations(result: AdjustmentResult) -> list[Problem]:
         Problem(
             "SBB534",
             "info",
-            f"orientation unknowns of {images} {names}{more} are correlated by more than 95 %",
+            f"orientation unknowns of {images} {names}{more} are correlated by more than "
+            f"{100 * result.network.settings.correlation_threshold:g} %",
             "images",
             "usual for narrow angles over flat ground; positions and angles are good only together",
         )

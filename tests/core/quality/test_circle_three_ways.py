@@ -27,7 +27,7 @@ from splinebba_cli.simulation.assembly import assemble
 from splinebba_cli.simulation.block_geometry import four_images
 from splinebba_cli.simulation.feature_geometry import Feature, PointFeatures
 from splinebba_cli.simulation.noise import Noise
-from splinebba_cli.simulation.six_image_block import SCENES
+from splinebba_cli.simulation.six_image_block import SCENES, simulate_block
 
 RADIUS = 5.0
 NAMES = ("as-circle", "as-spline", "as-fourier", "as-conic")
@@ -141,3 +141,11 @@ def test_large_coordinates_cost_no_digits() -> None:
         found, expected = (compare_curves(curve(r, first), curve(r, second)) for r in (far, near))
         np.testing.assert_allclose(found.distance, expected.distance, rtol=0.0, atol=1e-6)
         np.testing.assert_allclose(found.sigma, expected.sigma, rtol=1e-4)
+
+
+def test_two_curves_have_two_dimensions_across() -> None:
+    """Their normal planes differ a little; the small variance along the curves that this makes is left out."""
+    one, other = (adjust(simulate_block("circle-three-ways", seed)[0]) for seed in (1, 2))
+    found = compare_curves(curve(one, "as-fourier"), curve(other, "as-fourier"))
+    assert (found.dimensions == 2).all()
+    assert found.normalized.max() < 3.5  # chi-square of two degrees: beyond once in 2e5

@@ -1,0 +1,55 @@
+"""Cofactors of several linear functions of the reduced unknowns together: B N^-1 B' by solves, one a function.
+
+The selected inverse holds covariances of neighbours only; what lies far apart needs the columns of the inverse.
+For object points, x = H^-1 h - sum_a M_a theta_a (elimination.py) gives
+
+    Q_nm = delta_nm H^-1 + sum_{a of n, b of m} M_a Q_ab M_b'
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from splinebba_cli.core.estimation.parameters import ORIENTATION_SIZE
+from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.quality.cofactors import Cofactors
+
+LARGEST = 3e7  # numbers in B: 240 MB
+
+
+def too_many(cofactors: Cofactors, functions: int) -> bool:
+    """Whether B would be too large for so many functions."""
+    return float(functions) * float(cofactors.assembler.layout.node_starts[-1]) > LARGEST
+
+
+def cofactors_of(cofactors: Cofactors, functions: FloatArray) -> FloatArray:
+    """Cofactors (k, k) of functions (k, N) of the reduced unknowns."""
+    factor = cofactors.solution.factor
+    if factor is None:
+        raise ValueError("no factor")
+    masked = functions * cofactors.assembler.mask
+    return np.asarray(masked @ factor.solve(masked.T))
+
+
+def point_cofactors(cofactors: Cofactors, points: IntArray) -> FloatArray:
+    """Cofactors (3 k, 3 k) of the coordinates of some object points together."""
+    assembler, eliminated = cofactors.assembler, cofactors.solution.eliminated
+    if eliminated is None:
+        raise ValueError("no eliminated points")
+    observed = assembler.prepared.network.point_observations
+    place = np.full(len(assembler.prepared.network.points.ids), -1)
+    place[points] = np.arange(len(points))
+    rows = np.flatnonzero(place[observed.point] >= 0)
+    mask = assembler.layout.point_mask[points]
+    own = eliminated.inverse[points] * mask[:, :, None] * mask[:, None, :]
+    at = place[observed.point[rows]]
+    back = np.matmul(own[at], eliminated.coupling[rows].transpose(0, 2, 1))  # M (q, 3, 6)
+    functions = np.zeros((len(points), 3, int(assembler.layout.node_starts[-1])))
+    columns = ORIENTATION_SIZE * observed.image[rows][:, None] + np.arange(ORIENTATION_SIZE)
+    np.add.at(functions, (at[:, None, None], np.arange(3)[None, :, None], columns[:, None, :]), back)
+    size = 3 * len(points)
+    joint = cofactors_of(cofactors, functions.reshape(size, -1))
+    blocks = joint.reshape(len(points), 3, len(points), 3)
+    n = np.arange(len(points))
+    blocks[n, :, n, :] += own
+    return blocks.reshape(size, size)
