@@ -49,7 +49,12 @@ class SparseDesign:
 def sparse_design(assembler: Assembler, at: Linearization) -> SparseDesign:
     """All rows at one state."""
     priors, weight = at.orientation_priors, assembler.point_inverse_sigma
-    parts = [len(at.curve.point), 2 * len(at.points.residual), int(priors.active.sum()), int((weight > 0.0).sum())]
+    parts = [
+        len(at.curve.point),
+        2 * len(at.points.residual),
+        int(priors.active.sum()),
+        int((weight > 0.0).sum()),
+    ]
     begin = np.cumsum([0, *parts, len(assembler.coefficient_rows)])
     ranges = RowRanges(*(int(n) for n in begin))
     entries = [
@@ -87,7 +92,9 @@ def _spread(rows: IntArray, columns: IntArray, values: FloatArray) -> Entries:
 def _curve_entries(assembler: Assembler, at: Linearization) -> Entries:
     layout, size = assembler.layout, assembler.orientation_size
     coefficients = assembler.prepared.curves.columns[at.curve.segment]
-    places = (layout.unknown_of_coefficient[coefficients][:, :, None] + np.arange(3)).reshape(len(coefficients), -1)
+    places = (layout.unknown_of_coefficient[coefficients][:, :, None] + np.arange(3)).reshape(
+        len(coefficients), -1
+    )
     columns = np.concatenate([6 * at.curve.image[:, None] + ORIENTATION[:size], places], axis=1)
     return _spread(np.arange(len(columns)), columns, at.curve_jacobian[:, :-1])
 
@@ -115,7 +122,9 @@ def _over_points(assembler: Assembler, at: Linearization, ranges: RowRanges) -> 
     observed, mask = assembler.prepared.network.point_observations, assembler.layout.point_mask
     point = observed.point.repeat(2)
     seen = _spread(
-        ranges.points + np.arange(len(point)), 3 * point[:, None] + np.arange(3), at.points.object_xyz.reshape(-1, 3)
+        ranges.points + np.arange(len(point)),
+        3 * point[:, None] + np.arange(3),
+        at.points.object_xyz.reshape(-1, 3),
     )
     n, d = np.nonzero(assembler.point_inverse_sigma > 0.0)
     given = (ranges.control + np.arange(len(n)), 3 * n + d, assembler.point_inverse_sigma[n, d])

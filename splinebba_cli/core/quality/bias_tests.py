@@ -15,6 +15,7 @@ unknowns take up (C'R C without rank) are left out: no residual shows them.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy import sparse
@@ -28,7 +29,7 @@ from splinebba_cli.core.quality.residual_projector import ResidualProjector
 from splinebba_cli.core.result import Statistics
 from splinebba_cli.core.settings import LocalTesting, TestStatistic
 
-SHOWN = 1e-5  # share of a bias that its residuals must show, in the whitened norm
+SHOWN = 1e-4  # share of a bias that its residuals must show, in the whitened norm
 
 
 @dataclass(frozen=True)
@@ -91,6 +92,7 @@ class TestFamily:
         return float(-np.expm1(self.tests * np.log1p(-min(probability, 1.0 - 1e-16))))
 
 
+@cache
 def noncentrality_of(alpha: float, power: float, freedom: int) -> float:
     """lambda0: noncentrality that a chi-square test of `freedom` degrees finds with a given power.
 
@@ -115,39 +117,35 @@ def bias_tests(
 ) -> list[BiasTest]:
     """Test every block of directions (rows, p), whitened per unit of the bias."""
     residual = projector.design.residual
-    lambdas: dict[int, float] = {}
-    found = []
-    for block, gram in zip(blocks, projector.grams(blocks), strict=True):
-        test = _tested(np.asarray(block.T @ residual), (block.T @ block).toarray(), gram, family)
-        q = test[3]
-        if q not in lambdas:
-            lambdas[q] = noncentrality_of(family.single_alpha, family.power, q) if q else np.nan
-        *values, largest, plain = test
-        detectable = float(np.sqrt(lambdas[q] / largest)) if q else float("inf")
-        found.append(BiasTest(*values, detectable, plain))
-    return found
+    return [
+        _tested(np.asarray(block.T @ residual), (block.T @ block).toarray(), gram, family)
+        for block, gram in zip(blocks, projector.grams(blocks), strict=True)
+    ]
 
 
-def _tested(
-    moment: FloatArray, inner: FloatArray, gram: FloatArray, family: TestFamily
-) -> tuple[FloatArray, FloatArray, float, int, float, float, float, FloatArray]:
-    """Estimate, sigma, statistic, q, probability, share, largest eigenvalue of C'R C and mean of one block."""
-    count = len(moment)
+def _tested(moment: FloatArray, inner: FloatArray, gram: FloatArray, family: TestFamily) -> BiasTest:
+    """The test with C'v (p,), C'C and C'R C (p, p)."""
     scale = np.sqrt(np.maximum(np.diag(inner), 1e-300))
     normed, g, m = inner / np.outer(scale, scale), gram / np.outer(scale, scale), moment / scale
-    plain = -np.linalg.lstsq(normed, m, rcond=1e-9)[0] / scale
-    values, vectors = np.linalg.eigh(0.5 * (g + g.T))
+    size, axes = np.linalg.eigh(normed)
+    whole = size > 1e-9
+    unit = axes[:, whole] / np.sqrt(size[whole])  # directions of unit size in the whitened norm
+    values, vectors = np.linalg.eigh(unit.T @ g @ unit)
     kept = values > SHOWN
-    q = int(kept.sum())
-    nothing = np.full(count, np.nan)
-    if not q:
-        return nothing, nothing, 0.0, 0, 1.0, float(max(values.max(initial=0.0), 0.0)), 0.0, plain
-    basis = vectors[:, kept]
+    basis, hidden = unit @ vectors[:, kept], np.hstack([unit @ vectors[:, ~kept], axes[:, ~whole]])
+    hidden /= np.maximum(np.linalg.norm(hidden, axis=0), 1e-300)
     inverse = (basis / values[kept]) @ basis.T
-    seen = np.sum(basis**2, axis=1) > 1.0 - 1e-3  # the rest of this component is taken up
-    estimate = np.where(seen, -inverse @ m / scale, np.nan)
-    sigma = np.where(seen, np.sqrt(np.diag(inverse)) / scale, np.nan)
-    statistic = family.statistic_of(float(m @ inverse @ m), q)
-    largest = float(np.linalg.eigvalsh(gram)[-1])
-    probability = family.probability(statistic, q)
-    return estimate, sigma, statistic, q, probability, float(min(values[-1], 1.0)), largest, plain
+    seen = np.abs(hidden).max(axis=1, initial=0.0) < 0.01  # the others have a part that unknowns take up
+    q, plain = int(kept.sum()), -(unit @ unit.T @ m) / scale
+    statistic = family.statistic_of(float(m @ inverse @ m), q) if q else 0.0
+    noncentrality = noncentrality_of(family.single_alpha, family.power, q) if q else np.inf
+    return BiasTest(
+        estimate=np.where(seen, -inverse @ m / scale, np.nan),
+        sigma=np.where(seen, np.sqrt(np.diag(inverse)) / scale, np.nan),
+        statistic=statistic,
+        freedom=q,
+        probability=family.probability(statistic, q) if q else 1.0,
+        shown=float(np.clip(values.max(initial=0.0), 0.0, 1.0)),
+        minimal_detectable=float(np.sqrt(noncentrality / np.linalg.eigvalsh(gram)[-1])) if q else np.inf,
+        plain=plain,
+    )

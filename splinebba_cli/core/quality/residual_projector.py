@@ -91,7 +91,9 @@ class ResidualProjector:
             own = slice(begin, begin + block.shape[1])
             begin = own.stop
             over_points = moved.points[:, own]
-            inner = (block.T @ block).toarray() - (over_points.T @ (self._point_inverse @ over_points)).toarray()
+            inner = (block.T @ block).toarray() - (
+                over_points.T @ (self._point_inverse @ over_points)
+            ).toarray()
             yield np.asarray(inner - moved.side[:, own].T @ solved[:, own])
 
     def _moved(self, directions: sparse.csc_array) -> _Moved:
