@@ -44,6 +44,7 @@ class BiasTest:
     shown: float  # largest share of a bias that the residuals show, 0 .. 1
     minimal_detectable: float
     plain: FloatArray  # (p,) mean bias that is left in the residuals, -(C'C)^-1 C'v
+    plain_sigma: FloatArray  # (p,) its standard deviation without a bias
 
 
 @dataclass(frozen=True)
@@ -136,7 +137,7 @@ def _tested(moment: FloatArray, inner: FloatArray, gram: FloatArray, family: Tes
     hidden /= np.maximum(np.linalg.norm(hidden, axis=0), 1e-300)
     inverse = (basis / values[kept]) @ basis.T
     seen = np.abs(hidden).max(axis=1, initial=0.0) < 0.01  # the others have a part that unknowns take up
-    q, plain = int(kept.sum()), -(unit @ unit.T @ m) / scale
+    q, whole_inverse = int(kept.sum()), unit @ unit.T
     statistic = family.statistic_of(float(m @ inverse @ m), q) if q else 0.0
     noncentrality = noncentrality_of(family.single_alpha, family.power, q) if q else np.inf
     return BiasTest(
@@ -147,5 +148,6 @@ def _tested(moment: FloatArray, inner: FloatArray, gram: FloatArray, family: Tes
         probability=family.probability(statistic, q) if q else 1.0,
         shown=float(np.clip(values.max(initial=0.0), 0.0, 1.0)),
         minimal_detectable=float(np.sqrt(noncentrality / np.linalg.eigvalsh(gram)[-1])) if q else np.inf,
-        plain=plain,
+        plain=-(whole_inverse @ m) / scale,
+        plain_sigma=np.sqrt(np.maximum(np.diag(whole_inverse @ g @ whole_inverse), 0.0)) / scale,
     )

@@ -24,6 +24,7 @@ from splinebba_cli.core.quality.full_dispersion import dispersion_blocks
 from splinebba_cli.core.quality.global_test import global_test
 from splinebba_cli.core.quality.linked_cofactors import linked_cofactors
 from splinebba_cli.core.quality.location_precision import location_cofactors
+from splinebba_cli.core.quality.model_evidence import AS_GIVEN, WeightFactors, with_model_evidence
 from splinebba_cli.core.quality.orientation_dispersion import eop_dispersion, eop_values
 from splinebba_cli.core.quality.redundancy import RedundancyNumbers, redundancy_numbers
 from splinebba_cli.core.quality.residual_tables import (
@@ -55,6 +56,7 @@ class Adjusted:
     solved: ConditionedSolution
     problems: tuple[Problem, ...]
     iterations: tuple[Iteration, ...]
+    weights: WeightFactors = AS_GIVEN
 
 
 def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> AdjustmentResult:
@@ -104,7 +106,7 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
         problems=adjusted.problems,
         dispersion=dispersion_blocks(cofactors, scale) if full_dispersion else None,
     )
-    return replace(
+    found = replace(
         result,
         problems=(
             *adjusted.problems,
@@ -113,6 +115,7 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
             *arc_findings(prepared, state),
         ),
     )
+    return with_model_evidence(found, solved, numbers, adjusted.weights)
 
 
 def dispersion_scale(network: Network, statistics: Statistics) -> float:
