@@ -114,12 +114,9 @@ def _prior_entries(at: Linearization, first: int) -> Entries:
 def _coefficient_entries(assembler: Assembler, at: Linearization, first: int) -> Entries:
     rows = assembler.coefficient_rows
     unknown = assembler.layout.unknown_of_coefficient[rows.columns]
-    columns = (unknown[:, :, None] + np.arange(3)).reshape(len(rows), 3 * rows.columns.shape[1])
-    return _spread(
-        first + np.arange(len(rows)),
-        columns,
-        at.coefficient_jacobian.reshape(len(rows), 3 * rows.columns.shape[1]),
-    )
+    shape = (len(rows), 3 * rows.columns.shape[1])
+    columns = (unknown[:, :, None] + np.arange(3)).reshape(shape)
+    return _spread(first + np.arange(len(rows)), columns, at.coefficient_jacobian.reshape(shape))
 
 
 def _over_points(assembler: Assembler, at: Linearization, ranges: RowRanges) -> sparse.csr_array:

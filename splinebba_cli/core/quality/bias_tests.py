@@ -119,8 +119,8 @@ def bias_tests(
     """Test every block of directions (rows, p), whitened per unit of the bias."""
     residual = projector.design.residual
     return [
-        _tested(np.asarray(block.T @ residual), (block.T @ block).toarray(), gram, family)
-        for block, gram in zip(blocks, projector.grams(blocks), strict=True)
+        _tested(np.asarray(block.T @ residual), inner, gram, family)
+        for block, (inner, gram) in zip(blocks, projector.grams(blocks), strict=True)
     ]
 
 

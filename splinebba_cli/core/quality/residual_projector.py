@@ -24,6 +24,7 @@ from splinebba_cli.core.estimation.sparse_design import SparseDesign, sparse_des
 from splinebba_cli.core.network import FloatArray
 
 BLOCK_ENTRIES = 4_000_000  # of the right-hand sides that are solved together
+MOST_TOGETHER = 512
 WORK = 1.2e10  # floating-point operations that one family of tests may take
 
 
@@ -52,16 +53,9 @@ class ResidualProjector:
         each = 4.0 * self.factor.symbolic.factor_entries + 4.0 * self.design.reduced.nnz
         return int(WORK / max(each, 1.0))
 
-    def gram(self, directions: sparse.csc_array) -> FloatArray:
-        """C'R C of directions (rows, k), (k, k); for few directions."""
-        moved = self._moved(directions)
-        back = moved.points.T @ (self._point_inverse @ moved.points)
-        inner = (directions.T @ directions - back).toarray()
-        return np.asarray(inner - moved.side.T @ self.factor.solve(moved.side))
-
-    def grams(self, blocks: list[sparse.csc_array]) -> Iterator[FloatArray]:
-        """C'R C of every one of many small blocks of directions; several of them are solved together."""
-        width = max(1, BLOCK_ENTRIES // max(1, self.design.reduced.shape[1]))
+    def grams(self, blocks: list[sparse.csc_array]) -> Iterator[tuple[FloatArray, FloatArray]]:
+        """C'C and C'R C of every one of many small blocks of directions; several of them are solved together."""
+        width = min(MOST_TOGETHER, max(1, BLOCK_ENTRIES // max(1, self.design.reduced.shape[1])))
         batch: list[sparse.csc_array] = []
         size = 0
         for block in blocks:
@@ -82,25 +76,22 @@ class ResidualProjector:
         points = inverse @ (over_points - design.coupling.T @ step)
         return np.asarray(errors - design.reduced @ step - design.points @ points)
 
-    def _batch(self, blocks: list[sparse.csc_array]) -> Iterator[FloatArray]:
+    def _batch(self, blocks: list[sparse.csc_array]) -> Iterator[tuple[FloatArray, FloatArray]]:
         together = sparse.csc_array(sparse.hstack(blocks, format="csc"))
-        moved = self._moved(together)
-        solved = self.factor.solve(moved.side)
+        inner = (together.T @ together).toarray()
+        gram = inner - self._taken_up(together)
         begin = 0
         for block in blocks:
             own = slice(begin, begin + block.shape[1])
             begin = own.stop
-            over_points = moved.points[:, own]
-            inner = (block.T @ block).toarray() - (
-                over_points.T @ (self._point_inverse @ over_points)
-            ).toarray()
-            yield np.asarray(inner - moved.side[:, own].T @ solved[:, own])
+            yield inner[own, own], gram[own, own]
 
-    def _moved(self, directions: sparse.csc_array) -> _Moved:
+    def _taken_up(self, directions: sparse.csc_array) -> FloatArray:
+        """C'A Q A'C, (k, k)."""
         over_points = sparse.csc_array(self.design.points.T @ directions)
         back = self._point_inverse @ over_points
         side = (self.design.reduced.T @ directions - self.design.coupling @ back).toarray()
-        return _Moved(np.ascontiguousarray(side), over_points)
+        return np.asarray((over_points.T @ back).toarray() + side.T @ self.factor.solve(side))
 
     @cached_property
     def _point_inverse(self) -> sparse.csr_array:
@@ -113,9 +104,3 @@ class ResidualProjector:
             return sparse.csr_array((0, 0))
         blocks = (eliminated.inverse, np.arange(count), np.arange(count + 1))
         return sparse.csr_array(sparse.bsr_array(blocks, shape=(3 * count, 3 * count)))
-
-
-@dataclass(frozen=True)
-class _Moved:
-    side: FloatArray  # (N, k) b_r
-    points: sparse.csc_array  # (3 n, k) A_x'C
