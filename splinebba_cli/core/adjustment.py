@@ -26,6 +26,7 @@ from splinebba_cli.core.observations.structural_locations import structural_stat
 from splinebba_cli.core.quality.determinacy import require_determined, require_rank, weak_images
 from splinebba_cli.core.quality.evaluation import Adjusted, evaluate
 from splinebba_cli.core.result import AdjustmentResult, Iteration, Problem
+from splinebba_cli.core.revision.variance_components import estimate_weights
 from splinebba_cli.core.state import Prepared, State, initial_coefficients, prepare
 from splinebba_cli.errors import NotConvergedError, SingularNetworkError
 
@@ -68,8 +69,13 @@ def adjust(
     started = time.perf_counter()
     prepared, state = _staged(prepared, state, record)
     prepared, solved = _final(prepared, state, record)
+    weighted = estimate_weights(
+        prepared, solved, lambda other, at: _solve(other, at, record, "weights", select=True)
+    )
     solution_end = time.perf_counter()
-    adjusted = Adjusted(prepared, solved, problems, tuple(log))
+    adjusted = Adjusted(
+        weighted.prepared, weighted.solved, (*problems, *weighted.problems), tuple(log), weighted.weights
+    )
     result = evaluate(adjusted, full_dispersion=full_dispersion)
     timings = {
         "approximation_s": started - begin,

@@ -31,6 +31,8 @@ _OWN_TABLES = frozenset(
         "arc_residuals",
         "tangent_residuals",
         "prior_residuals",
+        "group_tests",
+        "systematic_effects",
     }
 )
 

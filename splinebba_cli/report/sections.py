@@ -17,6 +17,7 @@ from splinebba_cli.report.blocks import (
     Verdict,
 )
 from splinebba_cli.report.feature_sections import checks_section, points_section, splines_section
+from splinebba_cli.report.model_sections import groups_section, systematic_section, variance_section
 from splinebba_cli.report.orientation_section import cameras_section, orientation_section
 from splinebba_cli.report.residual_sections import conditions_section, priors_section, residuals_section
 from splinebba_cli.report.result_data import ResultData
@@ -61,6 +62,9 @@ def build_report(data: ResultData) -> Report:
         points_section(data),
         checks_section(data),
         residuals_section(data),
+        variance_section(data),
+        groups_section(data),
+        systematic_section(data),
         priors_section(data),
         conditions_section(data),
         cameras_section(data),
