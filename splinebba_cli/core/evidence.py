@@ -135,6 +135,9 @@ class SystematicEffect:
     significant: bool
     observations: int
     detail: str = ""
+    shown: float = (
+        1.0  # share of such an effect that residuals show (whitened norm); unknowns take up the rest
+    )
     probability: float = (
         1.0  # that any test of its family has a statistic at least as large without an effect
     )

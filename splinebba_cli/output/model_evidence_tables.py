@@ -57,6 +57,7 @@ def systematic_table(effects: tuple[SystematicEffect, ...]) -> Table:
         Column("statistic", np.array([effect.statistic for effect in effects]), _NUMBER),
         Column("critical", np.array([effect.critical for effect in effects]), _NUMBER),
         Column("significant", ["true" if effect.significant else "false" for effect in effects]),
+        Column("shown", np.array([effect.shown for effect in effects]), _NUMBER),
         Column("detail", [effect.detail for effect in effects]),
     )
     return Table("systematic_effects", columns)

@@ -192,6 +192,10 @@ SYSTEMATIC_EFFECT = object_of(
         "significant": FLAG,
         "observations": COUNT,
         "detail": TEXT,
+        "shown": {
+            **NUMBER,
+            "description": "Share of such an effect that residuals show; unknowns take up the rest.",
+        },
         "probability": NUMBER,
     }
 )

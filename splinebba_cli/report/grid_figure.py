@@ -45,11 +45,10 @@ def residual_grid(data: ResultData, camera: str) -> str:
         axes.set_aspect("equal")
         axes.set_xlabel("x [mm]")
         axes.set_ylabel("y [mm]")
-        axes.set_title(f"camera {camera}: enlarged {scale:,.0f} times, longest {1e3 * largest:.2g} µm")
+        axes.set_title(f"enlarged {scale:,.0f} times, longest {1e3 * largest:.2g} µm")
 
-    extent = (x_edges[-1] - x_edges[0], y_edges[-1] - y_edges[0])
-    width = float(np.clip(4.6 * extent[0] / extent[1], 3.0, 7.0))
-    return svg_of(draw, (width + 0.6, width * extent[1] / extent[0] + 0.8), f"residual_grid_{camera}")
+    ratio = float((y_edges[-1] - y_edges[0]) / (x_edges[-1] - x_edges[0]))
+    return svg_of(draw, (7.6, 0.6 + min(6.4 * ratio, 4.6)), f"residual_grid_{camera}")
 
 
 def _array(rows: list[Any]) -> FloatArray:

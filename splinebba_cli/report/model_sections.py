@@ -95,7 +95,7 @@ def groups_section(data: ResultData) -> Section:
         factor, unit = (1e3, "µm") if test["unit"] == "mm" else (1.0, "m")
         rows.append(
             (
-                test["name"],
+                _plain(test["name"]),
                 test["observations"],
                 _vector(test["estimate"], factor, unit),
                 _vector(test["sigma"], factor, unit),
@@ -119,8 +119,12 @@ def groups_section(data: ResultData) -> Section:
 
 
 def _vector(values: list[float | None], factor: float, unit: str) -> str:
-    texts = ["–" if value is None else f"{factor * value:.3g}" for value in values]
+    texts = ["–" if value is None else f"{factor * value:.2g}" for value in values]
     return f"{', '.join(texts)} {unit}"
+
+
+def _plain(name: str) -> str:
+    return name.replace("`", "")
 
 
 def systematic_section(data: ResultData) -> Section:
@@ -136,21 +140,26 @@ def systematic_section(data: ResultData) -> Section:
         Column("Estimate", numeric=False),
         Column("Statistic", "", 2),
         Column("Critical", "", 2),
+        Column("Shown", "%", 1),
         Column("What it is", numeric=False),
     )
     rows: list[tuple[Cell, ...]] = [
         (
             effect["kind"],
-            effect["subject"],
+            _plain(effect["subject"]),
             "–" if effect["estimate"] is None else f"{effect['estimate']:.2g} {effect['unit']}".strip(),
             effect["statistic"],
             effect["critical"],
+            100.0 * effect["shown"],
             effect["detail"],
         )
         for effect in effects
     ]
     marked = frozenset(k for k, effect in enumerate(effects) if effect["significant"])
-    note = "Every test allows for what the unknowns take up of its effect; α belongs to all tests of a kind together."
+    note = (
+        "Shown: the share of such an effect that is left in the residuals; the unknowns take up the rest, which every "
+        "test allows for. α belongs to all tests of a kind together."
+    )
     table = Table(
         "Tests for systematic effects",
         columns,
@@ -164,7 +173,7 @@ def systematic_section(data: ResultData) -> Section:
     for grid in found["grids"]:
         caption = (
             f"Mean residuals (adjusted − measured) of all images of camera {grid['camera']}, cell by cell of the image "
-            "format, enlarged; the circle is three σ of a mean. Empty: too few residuals."
+            "format, enlarged; the ellipse is three σ of a mean, red arrows leave it. Empty: too few residuals."
         )
         alt = f"Mean residual vectors over the image format of camera {grid['camera']}"
         blocks.append(FigureBlock("residual_grid", caption, alt, grid["camera"]))

@@ -67,13 +67,13 @@ def lens_trends(
         largest = _largest_radius(rows, own)
         subject = f"camera `{network.cameras[number].id}`"
         if radial.freedom:
-            text = f"{_estimate(cubic)} at r = {largest:.1f} mm"
+            text = f"{_estimate(cubic)} at r = {largest:.0f} mm"
             if cubic.freedom:
-                text += f", as K1 = {-cubic.estimate[0] / largest**3:.3g} mm⁻² would take out"
+                text += f"; K1 = {-cubic.estimate[0] / largest**3:.2g} mm⁻²".replace("-", "−")
             estimate = UM * _first(cubic)
             found.append(_effect("radial trend", subject, estimate, radial, family, len(own), text))
         if tangential.freedom:
-            text = f"{_estimate(turned)} at r = {largest:.1f} mm, from x towards y"
+            text = f"{_estimate(turned)} at r = {largest:.0f} mm, from x towards y"
             estimate = UM * _first(turned)
             found.append(_effect("tangential trend", subject, estimate, tangential, family, len(own), text))
     return found
@@ -142,13 +142,10 @@ def _effect(
         critical=critical,
         significant=bool(test.statistic > critical),
         observations=observations,
-        detail=f"{text}; the residuals show {_percent(test.shown)} of such an effect, the unknowns take up the rest",
+        detail=text,
+        shown=test.shown,
         probability=family.of_all(test.probability),
     )
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.2g} %" if share < 0.995 else "all"
 
 
 def _first(test: BiasTest) -> float:

@@ -95,7 +95,7 @@ class _Cells:
         detail = f"cell x {x} mm, y {y} mm; {beyond} of {len(tests)} cells beyond the critical value"
         return grid, SystematicEffect(
             "grid", f"camera `{self.camera.id}`", size, "µm", test.statistic, critical,
-            bool(test.statistic > critical), len(members[worst]), detail, family.of_all(test.probability),
+            bool(test.statistic > critical), len(members[worst]), detail, test.shown, family.of_all(test.probability),
         )  # fmt: skip
 
     def _place(self, cell: int) -> tuple[int, int]:

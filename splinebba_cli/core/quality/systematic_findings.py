@@ -19,7 +19,7 @@ EFFECTS = {
     "radial trend": (
         "SBB548",
         "the residuals of {subject} have a radial trend: {detail}",
-        "it looks like distortion that the camera model lacks: check principal distance and distortion, or calibrate",
+        "it looks like distortion that the camera model lacks: the K1 named would take it out; better calibrate",
     ),
     "tangential trend": (
         "SBB548",
