@@ -92,9 +92,8 @@ def _spread(rows: IntArray, columns: IntArray, values: FloatArray) -> Entries:
 def _curve_entries(assembler: Assembler, at: Linearization) -> Entries:
     layout, size = assembler.layout, assembler.orientation_size
     coefficients = assembler.prepared.curves.columns[at.curve.segment]
-    places = (layout.unknown_of_coefficient[coefficients][:, :, None] + np.arange(3)).reshape(
-        len(coefficients), -1
-    )
+    unknown = layout.unknown_of_coefficient[coefficients]
+    places = (unknown[:, :, None] + np.arange(3)).reshape(len(unknown), 3 * unknown.shape[1])
     columns = np.concatenate([6 * at.curve.image[:, None] + ORIENTATION[:size], places], axis=1)
     return _spread(np.arange(len(columns)), columns, at.curve_jacobian[:, :-1])
 

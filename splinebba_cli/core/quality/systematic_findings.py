@@ -76,7 +76,7 @@ def group_findings(tests: tuple[GroupTest, ...]) -> list[Problem]:
             )
             help = "wrong edge or wrong label? Correct the first of these, or leave it out, and adjust again"
         else:
-            message = f"{test.name}: its given position is displaced by {_vector(test)}"
+            message = f"{test.name}: {_displaced(test)}"
             help = "wrong coordinates, wrong label or wrong datum? Give it as check, adjust again and compare"
         message += _more(number == min(NAMED, len(failed)) - 1, len(failed))
         found.append(Problem("SBB546", _severity(test.probability), message, test.name, help))
@@ -95,10 +95,12 @@ def _um(value: float) -> str:
     return "?" if np.isnan(value) else f"{1e3 * value:.2g}".replace("-", "−")
 
 
-def _vector(test: GroupTest) -> str:
+def _displaced(test: GroupTest) -> str:
     """Displacement with its sigma, metres; a question mark where the residuals do not show a component."""
 
     def text(values: FloatArray) -> str:
         return ", ".join("?" if np.isnan(v) else f"{v:.3g}".replace("-", "−") for v in values)
 
-    return f"({text(test.estimate)}) m (σ {text(test.sigma)} m)"
+    if np.isnan(test.estimate).all():
+        return f"its given position is wrong; the residuals show it in {test.parameters} of 3 directions only"
+    return f"its given position is displaced by ({text(test.estimate)}) m (σ {text(test.sigma)} m)"
