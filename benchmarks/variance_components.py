@@ -135,11 +135,11 @@ def radial(network: Network, edge_um: float) -> Network:
     return replace(network, **moved)
 
 
-def shifted_chain(network: Network, shift_um: float, image: int = 4, curve: int = 3) -> Network:
-    """One chain moved by a distance in x and in y."""
+def shifted_chain(network: Network, shift_um: float, image: int = 4, curve: int = 1) -> Network:
+    """One chain of an open spline moved in x, which is nearly across it."""
     seen = network.curve_observations
     own = (seen.image == image) & (seen.curve == curve)
-    xy = seen.photo_xy + np.where(own[:, None], 1e-3 * shift_um / np.sqrt(2.0), 0.0)
+    xy = seen.photo_xy + np.where(own[:, None], [1e-3 * shift_um, 0.0], 0.0)
     return replace(network, curve_observations=replace(seen, photo_xy=xy))
 
 
@@ -165,8 +165,8 @@ def moved_control(network: Network, shift_m: float) -> Network:
 PLANTED: dict[str, Callable[[Network], Network]] = {
     "radial distortion of 40 µm at 160 mm": lambda n: radial(n, 40.0),
     "radial distortion of 80 µm at 160 mm": lambda n: radial(n, 80.0),
-    "chain of `lake` in image 5 by 10 µm": lambda n: shifted_chain(n, 10.0),
-    "chain of `lake` in image 5 by 20 µm": lambda n: shifted_chain(n, 20.0),
+    "chain of `tie-1` in image 5 by 10 µm": lambda n: shifted_chain(n, 10.0),
+    "chain of `tie-1` in image 5 by 20 µm": lambda n: shifted_chain(n, 20.0),
     "control point 5 higher by 0.15 m": lambda n: moved_control(n, 0.15),
     "correlated noise of curve points, 0.8": lambda n: correlated(n, 0.8),
 }

@@ -5,10 +5,14 @@ variance of group g,
 
     E c_g = sum_h M_gh s_h,   M_gh = |R_gh|^2 (sum of squares),   sum_h M_gh = r_g = tr R_gg
 
-so that s = M^-1 c is unbiased whatever weights were used.  At the true weights Cov(s) = 2 M^-1: with
-f_g = 1 / (M^-1)_gg equivalent degrees of freedom, f_g s_g is about chi-square of f_g degrees and sigma(s_g^1/2) =
-1 / sqrt(2 f_g) (Foerstner's estimate c_g / r_g is the same where all s are 1).  M is exact for small groups; of large
-ones |R_gh z|^2 is averaged over vectors z of random signs, whose mean it is.
+so that s = M^-1 c is unbiased whatever weights were used.  With S the diagonal matrix of the s of all observations,
+
+    Cov c = 2 K,   K_gh = |(R S R)_gh|^2,   Cov s = 2 M^-1 K M^-1   (at the true weights K = M)
+    f_g = 2 s_g^2 / Var s_g      equivalent degrees of freedom: f_g s_g is about chi-square of f_g degrees,
+                                 sigma(s_g^1/2) = (s_g / (2 f_g))^1/2
+
+(Foerstner's estimate c_g / r_g is the same where all s are 1).  M and K are exact for small groups; of large ones
+|R_gh z|^2 is averaged over vectors z of random signs, whose mean it is.
 (Helmert 1907; Foerstner 1979; Koch 1999, section 3.6; Hutchinson 1990)
 """
 
@@ -27,6 +31,7 @@ SAMPLED_ROWS = 8000  # random signs drawn for a large group: its M is good to sq
 FEWEST_SAMPLES = 2
 TOO_LITTLE = 1.0  # redundancy of a group whose variance is not separated from the others
 BLOCK_ENTRIES = 8_000_000
+MATERIAL = 0.3  # of the logarithm of a variance, from which K is not M
 
 
 @dataclass(frozen=True)
@@ -51,30 +56,45 @@ def group_variances(projector: ResidualProjector, sums: list[GroupSum]) -> Group
     active = np.flatnonzero(redundancy >= TOO_LITTLE)
     if not len(active):
         return GroupVariances(variance, freedom)
-    matrix = _squared_blocks(projector, [sums[k] for k in active])
+    chosen = [sums[k] for k in active]
+    matrix = squared_blocks(projector, chosen)
     inverse = np.linalg.pinv(matrix, rcond=1e-6, hermitian=True)
     rest = redundancy[active] - matrix.sum(axis=1)  # of groups left out and of conditions, taken with s = 1
     found = inverse @ (squares[active] - rest)
-    freedom[active] = 1.0 / np.maximum(np.diag(inverse), 1.0 / redundancy[active])
-    variance[active] = np.where(found > 0.1 * simple[active], found, simple[active])
+    found = np.where(found > 0.1 * simple[active], found, simple[active])
+    spread = matrix
+    if (np.abs(np.log(np.maximum(found, 1e-12))) > MATERIAL).any():
+        spread = squared_blocks(projector, chosen, found)
+    dispersion = np.diag(inverse @ spread @ inverse)  # half the variance of s
+    freedom[active] = found**2 / np.maximum(dispersion, found**2 / np.maximum(redundancy[active], 1e-9))
+    variance[active] = found
     return GroupVariances(variance, freedom)
 
 
-def _squared_blocks(projector: ResidualProjector, sums: list[GroupSum]) -> FloatArray:
-    """M of the groups, symmetric; of groups with arc lengths or tangents only the diagonal, as r."""
+def squared_blocks(
+    projector: ResidualProjector, sums: list[GroupSum], variances: FloatArray | None = None
+) -> FloatArray:
+    """M of the groups, or K with their variances s (G,); symmetric.
+
+    Of groups with arc lengths or tangents there is only the diagonal, as that of r independent residuals.
+    """
     matrix = np.zeros((len(sums), len(sums)))
     generator = np.random.default_rng(1)
     for g, own in enumerate(sums):
         if not own.complete:
-            matrix[g, g] = own.redundancy
+            matrix[g, g] = own.redundancy * (1.0 if variances is None else variances[g] ** 2)
             continue
         for signs, weight in _probes(own, projector.design.ranges.count, generator):
             errors = np.zeros((projector.design.ranges.count, signs.shape[1]))
             errors[own.rows] = signs
-            shown = projector.project(errors) ** 2
+            shown = projector.project(errors)
+            if variances is not None:
+                for each, variance in zip(sums, variances, strict=True):
+                    shown[each.rows] *= variance
+                shown = projector.project(shown)
             for h, other in enumerate(sums):
                 if other.complete:
-                    matrix[g, h] += weight * float(shown[other.rows].sum())
+                    matrix[g, h] += weight * float(np.sum(shown[other.rows] ** 2))
     return 0.5 * (matrix + matrix.T)
 
 

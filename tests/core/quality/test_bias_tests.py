@@ -50,7 +50,9 @@ def test_directions_that_the_unknowns_take_up_are_no_test() -> None:
     """A column of the design matrix itself has no residual; beside another direction it takes one degree."""
     _, dense, _ = systems()
     column = sparse.csc_array(dense.design[:, [0]])
-    tests = bias_tests(systems()[0], [column, sparse.csc_array(sparse.hstack([column, directions(1)]))], family())
+    tests = bias_tests(
+        systems()[0], [column, sparse.csc_array(sparse.hstack([column, directions(1)]))], family()
+    )
     assert [test.freedom for test in tests] == [0, 1]
     assert np.isnan(tests[0].estimate).all() and np.isinf(tests[0].minimal_detectable)
 

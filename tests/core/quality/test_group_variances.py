@@ -47,7 +47,7 @@ def test_groups_and_their_rows() -> None:
 
 def test_small_groups_exactly_and_large_ones_by_sampling() -> None:
     """Of a sampled block the standard deviation is at most sqrt(2 / rows drawn), 1.6 %: 5 % is three of them."""
-    found = module._squared_blocks(systems()[0], sums())
+    found = module.squared_blocks(systems()[0], sums())
     small = np.array([len(each.rows) <= module.EXACT for each in sums()])
     exact = np.ix_(small, small)
     np.testing.assert_allclose(found[exact], dense_blocks()[exact], rtol=1e-6, atol=1e-7)
@@ -59,13 +59,26 @@ def test_the_expected_squares_of_wrong_sigma_give_the_variances_back() -> None:
     """c = M s whatever s is: the estimate is unbiased although the weights are wrong."""
     true = np.array([0.25, 9.0, 1.0, 2.0, 1.0, 0.5])
     projector, _, _ = systems()
-    matrix = module._squared_blocks(projector, sums())
+    matrix = module.squared_blocks(projector, sums())
     rest = np.array([each.redundancy for each in sums()]) - matrix.sum(axis=1)
     expected = [
         GroupSum(each.group, each.equations, float(c), each.redundancy, each.rows, each.complete)
         for each, c in zip(sums(), matrix @ true + rest, strict=True)
     ]
     np.testing.assert_allclose(module.group_variances(projector, expected).variance, true, rtol=1e-8)
+
+
+def test_covariances_of_the_squares_with_other_variances() -> None:
+    """K = |(R S R)_gh|^2 against the dense R; sampled blocks to 5 %, as above."""
+    true = np.array([0.25, 9.0, 1.0, 2.0, 1.0, 0.5])
+    projector, _, r = systems()
+    weight = np.ones(len(r))
+    for each, variance in zip(sums(), true, strict=True):
+        weight[each.rows] = variance
+    k = r @ (weight[:, None] * r)
+    found = module.squared_blocks(projector, sums(), true)
+    for g, each in enumerate(sums()):
+        assert found[g, g] == pytest.approx(np.sum(k[np.ix_(each.rows, each.rows)] ** 2), rel=0.05)
 
 
 def test_equivalent_degrees_of_freedom_are_at_most_the_redundancy() -> None:
