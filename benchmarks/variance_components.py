@@ -49,14 +49,13 @@ def truth_of(component: VarianceComponent) -> float:
 
 
 def normalized_errors(result: AdjustmentResult) -> dict[str, float]:
-    """(estimated − true factor) / σ of all estimated groups; σ of the estimate at the true value, in logarithms."""
-    return {
-        each.group: float(
-            np.log(each.factor * each.sigma0 / truth_of(each)) / (each.sigma0_sigma / each.sigma0)
-        )
-        for each in result.evidence.variance_components
-        if each.estimated
-    }
+    """(estimated − true variance) over its σ of all estimated groups; the σ is relative, at the true value."""
+    found = {}
+    for each in result.evidence.variance_components:
+        if each.estimated:
+            ratio = (each.factor * each.sigma0 / truth_of(each)) ** 2
+            found[each.group] = float((ratio - 1.0) / (2.0 * each.sigma0_sigma / each.sigma0))
+    return found
 
 
 def factor_errors(runs: int, first: int = 1) -> dict[str, FloatArray]:
