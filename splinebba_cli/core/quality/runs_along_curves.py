@@ -124,6 +124,6 @@ def _effect(run: _Run, tests: int, name: str, alpha: float) -> SystematicEffect:
         critical=critical,
         significant=bool(run.z > critical),
         observations=run.rows,
-        detail=f"neighbours across, in {run.images} images",
+        detail=f"in {run.images} images",
         probability=probability,
     )
