@@ -11,6 +11,7 @@ from scipy import sparse
 
 from splinebba_cli.core.curves.registry import FAMILIES
 from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.observations.coefficient_rows import GAUGE
 from splinebba_cli.core.quality.residual_projector import ResidualProjector
 
 
@@ -18,13 +19,16 @@ def control_point_directions(projector: ResidualProjector, point: int, rays: Int
     """Of one control point with its image points `rays`, (rows, 3) 1/m."""
     assembler, ranges = projector.assembler, projector.design.ranges
     weight, fixed = assembler.point_inverse_sigma, assembler.layout.point_mask[point] == 0.0
+    known = np.flatnonzero(weight[point] > 0.0)
     before = int((weight[:point] > 0.0).sum())
-    out = sparse.lil_array((ranges.count, 3))
-    for number, axis in enumerate(np.flatnonzero(weight[point] > 0.0)):
-        out[ranges.control + before + number, axis] = weight[point, axis]
     rows = ranges.points + (2 * rays[:, None] + np.arange(2)).ravel()
     seen = -projector.solution.linearization.points.object_xyz[rays].reshape(-1, 3) * fixed
-    return _with_rows(out, rows, seen)
+    return _matrix(
+        projector,
+        np.concatenate([ranges.control + before + np.arange(len(known)), rows.repeat(3)]),
+        np.concatenate([known, np.tile(np.arange(3), len(rows))]),
+        np.concatenate([weight[point, known], seen.ravel()]),
+    )
 
 
 def control_spline_directions(
@@ -34,7 +38,7 @@ def control_spline_directions(
 
     Arc lengths and tangents on a fixed spline would show it as well; they are left out here.
     """
-    assembler, ranges = projector.assembler, projector.design.ranges
+    assembler = projector.assembler
     prepared, at = assembler.prepared, projector.solution.linearization
     given, basis = prepared.network.curves[curve], prepared.curves.bases[curve]
     positions = FAMILIES[given.family].positions(len(given.values)).astype(float)
@@ -44,25 +48,30 @@ def control_spline_directions(
     removed = share[:, None] * (1.0 - assembler.layout.coefficient_mask)  # (C, 3)
     columns = prepared.curves.columns[at.curve.segment[measured]]
     moved = np.einsum("kw,kwd->kd", at.curve.weights[measured], removed[columns])
-    out = _with_rows(sparse.lil_array((ranges.count, 3)), measured, -at.curve.direction[measured] * moved)
-    return sparse.csc_array(out + _value_directions(projector, curve, positions, removed))
+    image = -at.curve.direction[measured] * moved
+    value_rows, component, values = _value_directions(projector, curve, positions, removed)
+    return _matrix(
+        projector,
+        np.concatenate([measured.repeat(3), value_rows]),
+        np.concatenate([np.tile(np.arange(3), len(measured)), component]),
+        np.concatenate([image.ravel(), values]),
+    )
 
 
 def _value_directions(
     projector: ResidualProjector, curve: int, positions: FloatArray, removed: FloatArray
-) -> sparse.csc_array:
-    """Of the equations of given values: their targets move, and so do removed coefficients in them."""
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Rows, coordinates and values of the equations of given values: their targets move, so do removed coefficients."""
     rows, ranges = projector.assembler.coefficient_rows, projector.design.ranges
-    chosen = np.flatnonzero((rows.curve == curve) & (rows.component < 3))
+    chosen = np.flatnonzero((rows.curve == curve) & (rows.component < GAUGE))
     component = rows.component[chosen]
     values = positions[rows.row[chosen]] / rows.sigma[chosen]
     jacobian = rows.jacobian[chosen, :, component]
     values -= np.sum(jacobian * removed[rows.columns[chosen], component[:, None]], axis=1)
-    place = (ranges.coefficients + chosen, component)
-    return sparse.coo_array((values, place), shape=(ranges.count, 3)).tocsc()
+    return ranges.coefficients + chosen, component, values
 
 
-def _with_rows(out: sparse.lil_array, rows: IntArray, values: FloatArray) -> sparse.csc_array:
-    place = (rows.repeat(3), np.tile(np.arange(3), len(rows)))
-    added = sparse.coo_array((values.ravel(), place), shape=out.shape)
-    return sparse.csc_array(out + added.tocsc())
+def _matrix(
+    projector: ResidualProjector, rows: IntArray, columns: IntArray, values: FloatArray
+) -> sparse.csc_array:
+    return sparse.coo_array((values, (rows, columns)), shape=(projector.design.ranges.count, 3)).tocsc()

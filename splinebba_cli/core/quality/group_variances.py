@@ -40,6 +40,7 @@ class GroupVariances:
 
     variance: FloatArray  # (G,) s, true over given; NaN where nothing is left over
     freedom: FloatArray  # (G,) f
+    at_best: FloatArray  # (G,) f if the weights were right: 1 / (M^-1)_gg, whatever the residuals are
 
     @property
     def sigma(self) -> FloatArray:
@@ -55,7 +56,7 @@ def group_variances(projector: ResidualProjector, sums: list[GroupSum]) -> Group
     variance, freedom = simple.copy(), np.maximum(redundancy, 0.0)
     active = np.flatnonzero(redundancy >= TOO_LITTLE)
     if not len(active):
-        return GroupVariances(variance, freedom)
+        return GroupVariances(variance, freedom, freedom)
     chosen = [sums[k] for k in active]
     matrix = squared_blocks(projector, chosen)
     inverse = np.linalg.pinv(matrix, rcond=1e-6, hermitian=True)
@@ -66,9 +67,11 @@ def group_variances(projector: ResidualProjector, sums: list[GroupSum]) -> Group
     if (np.abs(np.log(np.maximum(found, 1e-12))) > MATERIAL).any():
         spread = squared_blocks(projector, chosen, found)
     dispersion = np.diag(inverse @ spread @ inverse)  # half the variance of s
+    at_best = freedom.copy()
+    at_best[active] = 1.0 / np.maximum(np.diag(inverse), 1.0 / redundancy[active])
     freedom[active] = found**2 / np.maximum(dispersion, found**2 / np.maximum(redundancy[active], 1e-9))
     variance[active] = found
-    return GroupVariances(variance, freedom)
+    return GroupVariances(variance, freedom, at_best)
 
 
 def squared_blocks(

@@ -21,6 +21,7 @@ from splinebba_cli.core.quality.bias_tests import BiasTest, TestFamily, bias_tes
 from splinebba_cli.core.quality.photo_rows import PhotoRows
 from splinebba_cli.core.quality.residual_projector import ResidualProjector
 from splinebba_cli.core.result import Statistics
+from splinebba_cli.core.row_groups import split_by
 
 FEWEST = 10  # rows of an image or a camera
 FEWEST_IMAGES = 5  # of a drift
@@ -33,7 +34,7 @@ def image_means(
 ) -> list[SystematicEffect]:
     """Tests of the mean residual vector of every image, or of those with the largest ones."""
     network = projector.assembler.prepared.network
-    members = [np.flatnonzero(rows.image == image) for image in range(len(network.images.ids))]
+    members = split_by(rows.image, len(network.images.ids))
     images = [k for k, own in enumerate(members) if len(own) >= FEWEST]
     family = _family(network, statistics, len(images))
     number = projector.affordable // 2
@@ -56,7 +57,7 @@ def lens_trends(
 ) -> list[SystematicEffect]:
     """Tests of radial and tangential trends of every camera."""
     network = projector.assembler.prepared.network
-    cameras = [np.flatnonzero(rows.camera == number) for number in range(len(network.cameras))]
+    cameras = split_by(rows.camera, len(network.cameras))
     chosen = [(number, own) for number, own in enumerate(cameras) if len(own) >= FEWEST]
     family = _family(network, statistics, 2 * len(chosen))
     blocks = [block for _, own in chosen for block in _lens_directions(rows, own)]
@@ -83,8 +84,7 @@ def drifts(projector: ResidualProjector, rows: PhotoRows, statistics: Statistics
     """Tests of a shift that grows with the order of the images, camera by camera."""
     network = projector.assembler.prepared.network
     blocks, subjects, counts = [], [], []
-    for number, camera in enumerate(network.cameras):
-        own = np.flatnonzero(rows.camera == number)
+    for camera, own in zip(network.cameras, split_by(rows.camera, len(network.cameras)), strict=True):
         images = np.unique(rows.image[own])
         if len(images) >= FEWEST_IMAGES:
             time = np.linspace(-1.0, 1.0, len(images))[np.searchsorted(images, rows.image[own])]

@@ -17,6 +17,7 @@ from splinebba_cli.core.quality.bias_tests import TestFamily, bias_tests
 from splinebba_cli.core.quality.photo_rows import PhotoRows
 from splinebba_cli.core.quality.residual_projector import ResidualProjector
 from splinebba_cli.core.result import Statistics
+from splinebba_cli.core.row_groups import split_by
 
 ROWS_OF_A_CELL = 20  # aimed at, on average
 MOST_CELLS = 9  # along the longer side
@@ -30,8 +31,7 @@ def residual_grids(
     """Grids of all cameras, and the test of the cell with the largest statistic of each; alpha for all cells."""
     network = projector.assembler.prepared.network
     cells = []
-    for number, camera in enumerate(network.cameras):
-        own = np.flatnonzero(rows.camera == number)
+    for camera, own in zip(network.cameras, split_by(rows.camera, len(network.cameras)), strict=True):
         if len(own) >= 4 * FEWEST:
             cells.append(_Cells(camera, rows, own))
     count = sum(len(each.members) for each in cells)

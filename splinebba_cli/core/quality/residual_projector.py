@@ -25,7 +25,7 @@ from splinebba_cli.core.network import FloatArray
 
 BLOCK_ENTRIES = 4_000_000  # of the right-hand sides that are solved together
 MOST_TOGETHER = 512
-WORK = 1.2e10  # floating-point operations that one family of tests may take
+WORK = 5e9  # floating-point operations that one family of tests may take
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,7 @@ from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.quality.critical_values import single_alpha
 from splinebba_cli.core.quality.photo_rows import PhotoRows
 from splinebba_cli.core.quality.residual_projector import ResidualProjector
+from splinebba_cli.core.row_groups import split_by
 
 FEWEST_PAIRS = 20
 MOST_ROWS = 3000  # of a curve whose R is formed
@@ -49,14 +50,14 @@ def runs_along_curves(
     network = projector.assembler.prepared.network
     budget, found = projector.affordable, []
     across = np.flatnonzero(rows.across)
-    for curve in range(len(network.curves)):
-        own = across[rows.curve[across] == curve]
+    for curve, member in enumerate(split_by(rows.curve[across], len(network.curves))):
+        own = across[member]
         order = np.lexsort((projector.solution.state.location[own], rows.image[own]))
         own = own[order]
         pairs = _pairs(rows.image[own])
         if pairs.sum() < FEWEST_PAIRS or redundancy[own].sum() <= 1.0:
             continue
-        unknowns = np.unique(projector.design.reduced[own].indices)
+        unknowns = np.unique(projector.design.reduced[own].indices).astype(np.int64)
         exact = len(unknowns) <= budget and len(own) <= MOST_ROWS
         if exact:
             budget -= len(unknowns)

@@ -4,7 +4,8 @@
 
 At the end c_g = v_g'P_g v_g = r_g in every group: Foerstner's and Helmert's estimates are then the same, and that of
 restricted maximum likelihood.  The end does not depend on the sigma at the start, only on their ratios inside of a
-group.  Groups whose sigma cannot be told from their few residuals keep it: f_g < 5 is a sigma known to 32 % at best.
+group.  Groups whose sigma cannot be told from their few residuals keep it: f_g < 5 is a sigma known to 32 % at best;
+f_g of the weights, not of the residuals, or groups would be chosen by their errors.
 (Helmert 1907; Foerstner 1979; Koch 1999, section 3.6)
 """
 
@@ -60,14 +61,14 @@ def estimate_weights(prepared: Prepared, solved: ConditionedSolution, solve: Sol
     run = _Run(prepared, solved, np.ones(len(groups)), np.ones(len(groups), dtype=bool))
     for _ in range(settings.max_rounds):
         found = _variances(run.solved)
-        run = run.without(run.free & (found.freedom < FREEDOM_NEEDED))
+        run = run.without(run.free & (found.at_best < FREEDOM_NEEDED))
         if run.settled(found):
-            return run.ended(groups, found.freedom, settled=True)
+            return run.ended(groups, found.at_best, settled=True)
         moved = run.moved(found, solve)
         if moved is None:
             break
         run = moved
-    return run.ended(groups, _variances(run.solved).freedom, settled=False)
+    return run.ended(groups, _variances(run.solved).at_best, settled=False)
 
 
 @dataclass(frozen=True)
