@@ -69,7 +69,8 @@ def group_variances(projector: ResidualProjector, sums: list[GroupSum]) -> Group
     dispersion = np.diag(inverse @ spread @ inverse)  # half the variance of s
     at_best = freedom.copy()
     at_best[active] = 1.0 / np.maximum(np.diag(inverse), 1.0 / redundancy[active])
-    freedom[active] = found**2 / np.maximum(dispersion, found**2 / np.maximum(redundancy[active], 1e-9))
+    relative = np.divide(dispersion, found**2, out=np.diag(inverse).copy(), where=found > 0.0)
+    freedom[active] = 1.0 / np.maximum(relative, 1.0 / redundancy[active])
     variance[active] = found
     return GroupVariances(variance, freedom, at_best)
 

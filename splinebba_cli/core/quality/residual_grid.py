@@ -22,6 +22,7 @@ from splinebba_cli.core.row_groups import split_by
 ROWS_OF_A_CELL = 20  # aimed at, on average
 MOST_CELLS = 9  # along the longer side
 FEWEST = 6  # rows of a cell
+WORTH = 4  # times the work of other families: few directions, for all images
 ONE_DIRECTION = 0.05  # ratio of the information in both components below which a cell is not determined
 
 
@@ -35,7 +36,7 @@ def residual_grids(
         if len(own) >= 4 * FEWEST:
             cells.append(_Cells(camera, rows, own))
     count = sum(len(each.members) for each in cells)
-    if not count or 2 * count > projector.affordable:
+    if not count or 2 * count > WORTH * projector.affordable:
         return (), []
     family = TestFamily.of(statistics, network.settings.testing, network.settings.alpha, count)
     grids, effects = [], []

@@ -85,3 +85,13 @@ def test_equivalent_degrees_of_freedom_are_at_most_the_redundancy() -> None:
     found = module.group_variances(systems()[0], sums())
     assert (found.freedom <= np.array([each.redundancy for each in sums()]) * (1.0 + 1e-9)).all()
     assert (found.freedom > 0.0).all()
+
+
+def test_residuals_of_zero_have_a_variance_of_zero() -> None:
+    """Noise-free measurements: no division by zero, and the degrees of freedom of right weights."""
+    nothing = [
+        GroupSum(each.group, each.equations, 0.0, each.redundancy, each.rows, each.complete)
+        for each in sums()
+    ]
+    found = module.group_variances(systems()[0], nothing)
+    assert (np.nan_to_num(found.variance) <= 0.3).all() and np.isfinite(found.freedom).all()
