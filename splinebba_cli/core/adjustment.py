@@ -27,6 +27,7 @@ from splinebba_cli.core.quality.determinacy import require_determined, require_r
 from splinebba_cli.core.quality.evaluation import Adjusted, evaluate
 from splinebba_cli.core.quality.inner_datum import fitted_state
 from splinebba_cli.core.result import AdjustmentResult, Iteration, Problem
+from splinebba_cli.core.revision.variance_components import estimate_weights
 from splinebba_cli.core.state import Prepared, State, initial_coefficients, prepare
 from splinebba_cli.errors import NotConvergedError, SingularNetworkError
 
@@ -69,10 +70,14 @@ def adjust(
     started = time.perf_counter()
     prepared, state = _staged(prepared, start, record)
     prepared, solved = _final(prepared, state, record)
+    weighted = estimate_weights(
+        prepared, solved, lambda other, at: _solve(other, at, record, "weights", select=True)
+    )
+    prepared, solved = weighted.prepared, weighted.solved
     if network.settings.datum == "inner":
         solved = _with_inner_datum(prepared, solved, start, record)
     solution_end = time.perf_counter()
-    adjusted = Adjusted(prepared, solved, problems, tuple(log))
+    adjusted = Adjusted(prepared, solved, (*problems, *weighted.problems), tuple(log), weighted.weights)
     result = evaluate(adjusted, full_dispersion=full_dispersion)
     timings = {
         "approximation_s": started - begin,

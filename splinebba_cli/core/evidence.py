@@ -74,6 +74,7 @@ class GroupTest:
     critical: float
     passed: bool
     minimal_detectable: float  # smallest detectable common error in its best determined direction; mm or m
+    probability: float = 1.0  # that any of all groups has a statistic at least as large without an error
 
 
 @dataclass(frozen=True)
@@ -117,14 +118,16 @@ class VarianceComponent:
     group: str
     kind: ObservationKind
     observations: int
-    redundancy: float
-    sigma0: float  # a posteriori over a priori sigma of the group, with the weights used
+    redundancy: float  # sum of redundancy numbers
+    sigma0: float  # a posteriori over a priori sigma of the group, with the weights used; NaN: nothing is left over
     sigma0_sigma: float  # its own standard deviation
     factor: float  # by which the given sigma of the group was multiplied in this adjustment
-    statistic: float  # chi-square of `redundancy` degrees of freedom
+    statistic: float  # chi-square of `freedom` degrees
     lower: float
     upper: float
     passed: bool
+    freedom: float = 0.0  # equivalent degrees of freedom of the estimate, at most the redundancy
+    estimated: bool = False  # whether the factor was estimated, not left at 1
 
 
 @dataclass(frozen=True)
@@ -140,6 +143,12 @@ class SystematicEffect:
     significant: bool
     observations: int
     detail: str = ""
+    shown: float = (
+        1.0  # share of such an effect that residuals show (whitened norm); unknowns take up the rest
+    )
+    probability: float = (
+        1.0  # that any test of its family has a statistic at least as large without an effect
+    )
 
 
 @dataclass(frozen=True)
@@ -221,6 +230,7 @@ class Evidence:
     tests: LocalTests | None = None
     influences: tuple[Influence, ...] = ()
     groups: tuple[GroupTest, ...] = ()
+    possible_groups: int = 0  # of which those with the largest mean residuals were tested
     variance_components: tuple[VarianceComponent, ...] = ()
     systematic: tuple[SystematicEffect, ...] = ()
     grids: tuple[ResidualGrid, ...] = ()

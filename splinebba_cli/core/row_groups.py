@@ -59,3 +59,13 @@ class RowGroups:
             block = padded[members]
             out[groups] = np.matmul(block.transpose(0, 2, 1), block)
         return out
+
+
+def split_by(keys: IntArray, count: int | None = None) -> list[IntArray]:
+    """Rows (ascending) of every key: of 0 .. count - 1, or of the keys that occur, in ascending order."""
+    order = np.argsort(keys, kind="stable")
+    ordered = keys[order]
+    if count is None:
+        return np.split(order, np.flatnonzero(ordered[1:] != ordered[:-1]) + 1) if len(keys) else []
+    bounds = np.searchsorted(ordered, np.arange(count + 1))
+    return [order[bounds[k] : bounds[k + 1]] for k in range(count)]

@@ -33,6 +33,8 @@ _OWN_TABLES = frozenset(
         "tangent_residuals",
         "distance_residuals",
         "prior_residuals",
+        "group_tests",
+        "systematic_effects",
     }
 )
 

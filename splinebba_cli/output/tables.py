@@ -14,6 +14,7 @@ from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.result import AdjustmentResult, ScalarResiduals
 from splinebba_cli.output.columns import Column, Table
 from splinebba_cli.output.ellipse_table import error_ellipse_tables
+from splinebba_cli.output.model_evidence_tables import model_evidence_tables
 
 _PHOTO = "%.7f"  # mm: a tenth of a nanometre
 _RATIO = "%.6f"
@@ -34,6 +35,7 @@ def all_tables(result: AdjustmentResult) -> tuple[Table, ...]:
         residuals_table(result),
         *linked_residuals_tables(result),
         prior_residuals_table(result),
+        *model_evidence_tables(result),
     )
 
 

@@ -2,7 +2,8 @@
 
 Cameras, observations, acceptance and notes stay as the user wrote them.  Images, points and splines become
 tables: priors and given coordinates stay, approximate values are the adjusted ones, the reference values of
-the gauge conditions are kept, and the knots are final.
+the gauge conditions are kept, and the knots are final.  Standard deviations are the given ones, also where variance
+components were estimated: adjusting again estimates the same factors.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import numpy as np
 from splinebba_cli.core.curves.registry import FAMILIES
 from splinebba_cli.core.network import Curve, FloatArray, Network
 from splinebba_cli.core.result import AdjustmentResult, CurveResult
+from splinebba_cli.core.revision.group_weights import with_given_sigma
 from splinebba_cli.project.build_curves import position_rows
 from splinebba_cli.project.loading import LoadedProject
 from splinebba_cli.project.network_tables import curve_tables, images_table, points_table
@@ -45,7 +47,7 @@ def adjusted_project(
     dict
         ``adjusted.yaml`` and its tables ``adjusted_*.csv``.
     """
-    network = adjusted_network(result)
+    network = with_given_sigma(adjusted_network(result), result.evidence.variance_components)
     unit = loaded.model.project.angle_unit or "deg"
     written: dict[str, Any] = loaded.model.model_dump(mode="json", exclude_unset=True, by_alias=True)
     info = {

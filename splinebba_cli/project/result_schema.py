@@ -262,6 +262,73 @@ TESTS = object_of(
     },
     about="Tests of single observations and their reliability.",
 )
+VARIANCE_COMPONENT = object_of(
+    {
+        "group": TEXT,
+        "kind": TEXT,
+        "observations": {**COUNT, "description": "Scalar equations."},
+        "redundancy": NUMBER,
+        "sigma0": {**NUMBER_OR_NULL, "description": "σ̂ over the σ used."},
+        "sigma0_sigma": NUMBER_OR_NULL,
+        "factor": {**NUMBER, "description": "σ used over the σ given."},
+        "estimated": {**FLAG, "description": "Whether the factor was estimated."},
+        "freedom": {**NUMBER, "description": "Equivalent degrees of freedom of the estimate."},
+        "statistic": NUMBER_OR_NULL,
+        "lower": NUMBER_OR_NULL,
+        "upper": NUMBER_OR_NULL,
+        "passed": FLAG,
+    },
+    about="Variance of unit weight of one group of observations.",
+)
+GROUP_TEST = object_of(
+    {
+        "kind": {"enum": ["chain", "control spline", "control point"]},
+        "name": TEXT,
+        "model": TEXT,
+        "observations": COUNT,
+        "parameters": {**COUNT, "description": "Degrees of freedom of the statistic."},
+        "estimate": array_of(NUMBER_OR_NULL),
+        "sigma": array_of(NUMBER_OR_NULL),
+        "unit": {"enum": ["mm", "m"]},
+        "statistic": NUMBER,
+        "critical": NUMBER,
+        "passed": FLAG,
+        "minimal_detectable": NUMBER_OR_NULL,
+        "probability": NUMBER,
+    },
+    about="Test of a group of observations against one common error.",
+)
+SYSTEMATIC_EFFECT = object_of(
+    {
+        "kind": {
+            "enum": ["image mean", "radial trend", "tangential trend", "grid", "run along curve", "drift"]
+        },
+        "subject": TEXT,
+        "estimate": NUMBER_OR_NULL,
+        "unit": TEXT,
+        "statistic": NUMBER,
+        "critical": NUMBER,
+        "significant": FLAG,
+        "observations": COUNT,
+        "detail": TEXT,
+        "shown": {
+            **NUMBER,
+            "description": "Share of such an effect that residuals show; unknowns take up the rest.",
+        },
+        "probability": NUMBER,
+    }
+)
+RESIDUAL_GRID = object_of(
+    {
+        "camera": TEXT,
+        "x_edges_mm": array_of(NUMBER),
+        "y_edges_mm": array_of(NUMBER),
+        "mean_mm": array_of(array_of(array_of(NUMBER_OR_NULL, 2))),
+        "sigma_mm": array_of(array_of(array_of(NUMBER_OR_NULL, 2))),
+        "count": array_of(array_of(COUNT)),
+    },
+    about="Mean residual vectors in the cells of the image format; rows of cells from below.",
+)
 
 
 def result_schema() -> Schema:
@@ -280,6 +347,11 @@ def result_schema() -> Schema:
             "residuals": {"type": "object"},
             "tests": {"anyOf": [TESTS, {"type": "null"}]},
             "problems": array_of(PROBLEM),
+            "variance_components": array_of(VARIANCE_COMPONENT),
+            "group_tests": object_of({"possible": COUNT, "tested": COUNT, "tests": array_of(GROUP_TEST)}),
+            "systematic": object_of(
+                {"effects": array_of(SYSTEMATIC_EFFECT), "grids": array_of(RESIDUAL_GRID)}
+            ),
         },
         {
             "acceptance": array_of(CRITERION),

@@ -105,7 +105,7 @@ class ProblemList:
 
 @dataclass(frozen=True)
 class FigureBlock:
-    """A figure by its name in :mod:`splinebba_cli.report.figures`; `subject` is a spline's id."""
+    """A figure by its name in :mod:`splinebba_cli.report.figures`; `subject` is the id of a spline or a camera."""
 
     figure: str
     caption: str

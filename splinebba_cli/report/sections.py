@@ -18,6 +18,7 @@ from splinebba_cli.report.blocks import (
 )
 from splinebba_cli.report.check_sections import acceptance_section, checks_section
 from splinebba_cli.report.feature_sections import points_section, splines_section
+from splinebba_cli.report.model_sections import groups_section, systematic_section, variance_section
 from splinebba_cli.report.orientation_section import cameras_section, orientation_section
 from splinebba_cli.report.precision_section import precision_section
 from splinebba_cli.report.reliability_section import reliability_section
@@ -67,6 +68,9 @@ def build_report(data: ResultData) -> Report:
         checks_section(data),
         residuals_section(data),
         reliability_section(data),
+        variance_section(data),
+        groups_section(data),
+        systematic_section(data),
         priors_section(data),
         conditions_section(data),
         cameras_section(data),

@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from splinebba_cli.core.adjustment import adjust
 from splinebba_cli.core.result import AdjustmentResult
+from splinebba_cli.core.settings import WeightPolicy
 from splinebba_cli.project.adjusted import adjusted_project
 from splinebba_cli.project.loading import LoadedProject, load_project
 from tests.project.project_text import PROJECT, changed, written
@@ -103,3 +105,30 @@ def test_sequence_of_rotations_is_kept(sequence: str, tmp_path: Path) -> None:
     before = load_project(written(tmp_path, changed("omega-phi-kappa", sequence)))
     after = readjusted(before, tmp_path / "out", result_of(before.network))
     assert after.network.images.sequence == (sequence, sequence)
+
+
+SAMPLE = Path(__file__).resolve().parents[2] / "sample_projects" / "six_image_mixed" / "project.yaml"
+
+
+def test_estimated_weights_are_estimated_again(tmp_path: Path) -> None:
+    """The σ in the files are the given ones, control too; adjusting again ends at the same factors and place.
+
+    Factors stand to 1e-3 of their σ at the end of each run; orientations move by less than that share of theirs.
+    """
+    before = load_project(SAMPLE)
+    settings = replace(before.network.settings, weights=WeightPolicy(variance_components=True))
+    points = replace(before.network.points, sigma=3.0 * before.network.points.sigma)  # far too large
+    network = replace(before.network, settings=settings, points=points)
+    first = adjust(network)
+    factors = {each.group: each.factor for each in first.evidence.variance_components}
+    assert any(factor != 1.0 for factor in factors.values())
+    after = readjusted(before, tmp_path / "out", first)
+    np.testing.assert_allclose(after.network.points.sigma, points.sigma, rtol=1e-9)
+    np.testing.assert_allclose(
+        after.network.point_observations.sigma, network.point_observations.sigma, rtol=1e-9
+    )
+    again = adjust(replace(after.network, settings=replace(after.network.settings, weights=settings.weights)))
+    sigma = np.sqrt(np.einsum("mii->mi", first.images.dispersion))
+    assert (np.abs(again.images.eop - first.images.eop) <= 5e-3 * sigma).all()
+    for each in again.evidence.variance_components:
+        assert each.factor == pytest.approx(factors[each.group], rel=4e-3 * each.sigma0_sigma)

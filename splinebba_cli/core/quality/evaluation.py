@@ -28,6 +28,7 @@ from splinebba_cli.core.quality.influences import influences
 from splinebba_cli.core.quality.inner_datum import STransformation
 from splinebba_cli.core.quality.linked_cofactors import linked_cofactors
 from splinebba_cli.core.quality.location_precision import location_cofactors
+from splinebba_cli.core.quality.model_evidence import AS_GIVEN, WeightFactors, with_model_evidence
 from splinebba_cli.core.quality.observation_effects import ObservationEffects
 from splinebba_cli.core.quality.orientation_dispersion import eop_dispersion, eop_values
 from splinebba_cli.core.quality.position_precision import position_precision
@@ -64,6 +65,7 @@ class Adjusted:
     solved: ConditionedSolution
     problems: tuple[Problem, ...]
     iterations: tuple[Iteration, ...]
+    weights: WeightFactors = AS_GIVEN
 
 
 def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> AdjustmentResult:
@@ -121,7 +123,7 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
     )
     evidence = Evidence(tests=local_tests_of(result), influences=worst, precision=position_precision(result))
     result = replace(result, evidence=evidence)
-    return replace(
+    found = replace(
         result,
         problems=(
             *adjusted.problems,
@@ -131,6 +133,7 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
             *arc_findings(prepared, state),
         ),
     )
+    return with_model_evidence(found, solved, numbers, adjusted.weights)
 
 
 def _datum(prepared: Prepared, solved: ConditionedSolution) -> STransformation | None:

@@ -1,0 +1,131 @@
+"""The whitened equations of a solution as sparse rows: across the curves, image points, priors and control.
+
+Row order: curve points (across, then along for held locations), image points of points (x and y in turn), orientation
+priors, control coordinates, equations over coefficients.  Arc lengths, tangents and the equations along linked chains
+are not among them: their part of the information is in the factor.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
+from splinebba_cli.core.network import FloatArray, IntArray
+
+ORIENTATION = np.arange(6)
+
+
+@dataclass(frozen=True)
+class RowRanges:
+    """Where the rows of each kind begin."""
+
+    curve: int  # 0
+    points: int
+    priors: int
+    control: int
+    coefficients: int
+    count: int
+
+
+@dataclass(frozen=True)
+class SparseDesign:
+    """Rows A = [A_r A_x] over the reduced unknowns and the object points; removed unknowns have zero columns."""
+
+    ranges: RowRanges
+    reduced: sparse.csr_array  # (rows, N)
+    points: sparse.csr_array  # (rows, 3 n)
+    residual: FloatArray  # (rows,) whitened, adjusted - measured
+
+    @cached_property
+    def coupling(self) -> sparse.csr_array:
+        """A_r'A_x, (N, 3 n)."""
+        return sparse.csr_array(self.reduced.T @ self.points)
+
+
+def sparse_design(assembler: Assembler, at: Linearization) -> SparseDesign:
+    """All rows at one state."""
+    priors, weight = at.orientation_priors, assembler.point_inverse_sigma
+    parts = [
+        len(at.curve.point),
+        2 * len(at.points.residual),
+        int(priors.active.sum()),
+        int((weight > 0.0).sum()),
+    ]
+    begin = np.cumsum([0, *parts, len(assembler.coefficient_rows)])
+    ranges = RowRanges(*(int(n) for n in begin))
+    entries = [
+        _curve_entries(assembler, at),
+        _point_entries(assembler, at, ranges.points),
+        _prior_entries(at, ranges.priors),
+        _coefficient_entries(assembler, at, ranges.coefficients),
+    ]
+    reduced = _matrix(entries, (ranges.count, int(assembler.layout.node_starts[-1])), assembler.mask)
+    residual = np.concatenate(
+        [
+            at.curve.residual,
+            at.points.residual.ravel(),
+            priors.residual[priors.active],
+            at.point_prior_residual[weight > 0.0],
+            at.coefficient_residual,
+        ]
+    )
+    return SparseDesign(ranges, reduced, _over_points(assembler, at, ranges), residual)
+
+
+Entries = tuple[IntArray, IntArray, FloatArray]  # row, column, value of the same shape
+
+
+def _matrix(entries: list[Entries], shape: tuple[int, int], mask: FloatArray) -> sparse.csr_array:
+    row, column, value = (np.concatenate([part[i].ravel() for part in entries]) for i in range(3))
+    value = value * mask[column]
+    return sparse.coo_array((value, (row, column)), shape=shape).tocsr()
+
+
+def _spread(rows: IntArray, columns: IntArray, values: FloatArray) -> Entries:
+    return np.broadcast_to(rows[:, None], values.shape), np.broadcast_to(columns, values.shape), values
+
+
+def _curve_entries(assembler: Assembler, at: Linearization) -> Entries:
+    layout, size = assembler.layout, assembler.orientation_size
+    coefficients = assembler.prepared.curves.columns[at.curve.segment]
+    unknown = layout.unknown_of_coefficient[coefficients]
+    places = (unknown[:, :, None] + np.arange(3)).reshape(len(unknown), 3 * unknown.shape[1])
+    columns = np.concatenate([6 * at.curve.image[:, None] + ORIENTATION[:size], places], axis=1)
+    return _spread(np.arange(len(columns)), columns, at.curve_jacobian[:, :-1])
+
+
+def _point_entries(assembler: Assembler, at: Linearization, first: int) -> Entries:
+    image = assembler.prepared.network.point_observations.image.repeat(2)
+    rows = first + np.arange(len(image))
+    return _spread(rows, 6 * image[:, None] + ORIENTATION, at.points.orientation.reshape(-1, 6))
+
+
+def _prior_entries(at: Linearization, first: int) -> Entries:
+    q, c = np.nonzero(at.orientation_priors.active)
+    columns = 6 * at.orientation_priors.image[q][:, None] + ORIENTATION
+    return _spread(first + np.arange(len(q)), columns, at.orientation_priors.jacobian[q, c])
+
+
+def _coefficient_entries(assembler: Assembler, at: Linearization, first: int) -> Entries:
+    rows = assembler.coefficient_rows
+    unknown = assembler.layout.unknown_of_coefficient[rows.columns]
+    shape = (len(rows), 3 * rows.columns.shape[1])
+    columns = (unknown[:, :, None] + np.arange(3)).reshape(shape)
+    return _spread(first + np.arange(len(rows)), columns, at.coefficient_jacobian.reshape(shape))
+
+
+def _over_points(assembler: Assembler, at: Linearization, ranges: RowRanges) -> sparse.csr_array:
+    observed, mask = assembler.prepared.network.point_observations, assembler.layout.point_mask
+    point = observed.point.repeat(2)
+    seen = _spread(
+        ranges.points + np.arange(len(point)),
+        3 * point[:, None] + np.arange(3),
+        at.points.object_xyz.reshape(-1, 3),
+    )
+    n, d = np.nonzero(assembler.point_inverse_sigma > 0.0)
+    given = (ranges.control + np.arange(len(n)), 3 * n + d, assembler.point_inverse_sigma[n, d])
+    return _matrix([seen, given], (ranges.count, mask.size), mask.ravel())

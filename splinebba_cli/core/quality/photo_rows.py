@@ -1,0 +1,63 @@
+"""What a bias of measured photo coordinates does to the whitened equations, row by row.
+
+    point       e = diag(1 / sigma_x, 1 / sigma_y) b                         two rows
+    on a curve  e = n' diag(1 / sigma_x, 1 / sigma_y) b,  n the whitened unit normal of the projected curve
+
+b the bias of the measured coordinates, mm in the measured photo frame.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
+from splinebba_cli.core.quality.residual_projector import ResidualProjector
+
+
+@dataclass(frozen=True)
+class PhotoRows:
+    """Rows of curve points and image points, in the order of the sparse design."""
+
+    image: IntArray  # (R,)
+    camera: IntArray  # (R,)
+    curve: IntArray  # (R,) -1 of points
+    across: BoolArray  # (R,) equations across a curve
+    xy: FloatArray  # (R, 2) measured, from the principal point, mm
+    sensitivity: FloatArray  # (R, 2) d whitened / d measured, 1/mm
+    residual: FloatArray  # (R,) whitened, adjusted - measured
+    count: int  # rows of the design
+
+    @classmethod
+    def of(cls, projector: ResidualProjector) -> PhotoRows:
+        """The rows of a solution."""
+        network, at = projector.assembler.prepared.network, projector.solution.linearization
+        on_curves, points, curve = network.curve_observations, network.point_observations, at.curve
+        n = len(on_curves)
+        unit = np.concatenate([curve.normal, np.stack([curve.normal[:, 1], -curve.normal[:, 0]], axis=1)])
+        held = n + curve.point[n:]
+        direction = unit[np.concatenate([np.arange(n), held])] / on_curves.sigma[curve.point]
+        both = np.eye(2)[None] / points.sigma[:, None, :]
+        image = np.concatenate([curve.image, points.image.repeat(2)])
+        camera = network.images.camera[image]
+        centre = np.array([each.principal_point_mm for each in network.cameras])[camera]
+        rows = len(curve.point) + 2 * len(points)
+        return cls(
+            image=image,
+            camera=camera,
+            curve=np.concatenate([on_curves.curve[curve.point], np.full(2 * len(points), -1)]),
+            across=np.arange(rows) < n,
+            xy=np.concatenate([on_curves.photo_xy[curve.point], points.photo_xy.repeat(2, axis=0)]) - centre,
+            sensitivity=np.concatenate([direction, both.reshape(-1, 2)]),
+            residual=projector.design.residual[:rows],
+            count=projector.design.ranges.count,
+        )
+
+    def directions(self, rows: IntArray, bias: FloatArray) -> sparse.csc_array:
+        """Directions (count, p) of biases (k, p, 2), mm per unit, of the measurements of some rows (k,)."""
+        values = np.einsum("kpc,kc->kp", bias, self.sensitivity[rows])
+        columns = np.broadcast_to(np.arange(bias.shape[1]), values.shape)
+        place = (np.broadcast_to(rows[:, None], values.shape).ravel(), columns.ravel())
+        return sparse.coo_array((values.ravel(), place), shape=(self.count, bias.shape[1])).tocsc()

@@ -1,0 +1,106 @@
+"""What a bias of the observations does to the residuals, without any dense matrix of their size.
+
+Whitened: v = -R e with R = I - A Q A' (symmetric, idempotent), e the errors of the observations.  Of directions C in
+the space of the observations this gives R C and the small matrices C'R C.  With points eliminated,
+
+    b_r = A_r'C - N_rx H^-1 A_x'C,    C'A Q A'C = (A_x'C)' H^-1 A_x'C + b_r' S^-1 b_r
+
+S the reduced normal matrix of which the factor is at hand.  (Baarda 1968; Teunissen 2000, Testing theory)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from splinebba_cli.core.estimation.block_cholesky import Factor
+from splinebba_cli.core.estimation.gauss_markov import Solution
+from splinebba_cli.core.estimation.normal_equations import Assembler
+from splinebba_cli.core.estimation.sparse_design import SparseDesign, sparse_design
+from splinebba_cli.core.network import FloatArray
+
+BLOCK_ENTRIES = 4_000_000  # of the right-hand sides that are solved together
+MOST_TOGETHER = 512
+WORK = 5e9  # floating-point operations that one family of tests may take
+
+
+@dataclass(frozen=True)
+class ResidualProjector:
+    """R = I - A Q A' of a solution, by its factor."""
+
+    assembler: Assembler
+    solution: Solution
+
+    @cached_property
+    def design(self) -> SparseDesign:
+        """The rows, in whose order directions are given."""
+        return sparse_design(self.assembler, self.solution.linearization)
+
+    @property
+    def factor(self) -> Factor:
+        """Undamped factor of the reduced system."""
+        if self.solution.factor is None:
+            raise ValueError("no factor: the estimation did not converge")
+        return self.solution.factor
+
+    @property
+    def affordable(self) -> int:
+        """Number of directions that one family of tests may have."""
+        each = 4.0 * self.factor.symbolic.factor_entries + 4.0 * self.design.reduced.nnz
+        return int(WORK / max(each, 1.0))
+
+    def grams(self, blocks: list[sparse.csc_array]) -> Iterator[tuple[FloatArray, FloatArray]]:
+        """C'C and C'R C of every one of many small blocks of directions; several of them are solved together."""
+        width = min(MOST_TOGETHER, max(1, BLOCK_ENTRIES // max(1, self.design.reduced.shape[1])))
+        batch: list[sparse.csc_array] = []
+        size = 0
+        for block in blocks:
+            if batch and size + block.shape[1] > width:
+                yield from self._batch(batch)
+                batch, size = [], 0
+            batch.append(block)
+            size += block.shape[1]
+        if batch:
+            yield from self._batch(batch)
+
+    def project(self, errors: FloatArray) -> FloatArray:
+        """R E of errors (rows, k), (rows, k)."""
+        design, inverse = self.design, self._point_inverse
+        over_points = design.points.T @ errors
+        side = design.reduced.T @ errors - design.coupling @ (inverse @ over_points)
+        step = self.factor.solve(np.asarray(side))
+        points = inverse @ (over_points - design.coupling.T @ step)
+        return np.asarray(errors - design.reduced @ step - design.points @ points)
+
+    def _batch(self, blocks: list[sparse.csc_array]) -> Iterator[tuple[FloatArray, FloatArray]]:
+        together = sparse.csc_array(sparse.hstack(blocks, format="csc"))
+        inner = (together.T @ together).toarray()
+        gram = inner - self._taken_up(together)
+        begin = 0
+        for block in blocks:
+            own = slice(begin, begin + block.shape[1])
+            begin = own.stop
+            yield inner[own, own], gram[own, own]
+
+    def _taken_up(self, directions: sparse.csc_array) -> FloatArray:
+        """C'A Q A'C, (k, k)."""
+        over_points = sparse.csc_array(self.design.points.T @ directions)
+        back = self._point_inverse @ over_points
+        side = (self.design.reduced.T @ directions - self.design.coupling @ back).toarray()
+        return np.asarray((over_points.T @ back).toarray() + side.T @ self.factor.solve(side))
+
+    @cached_property
+    def _point_inverse(self) -> sparse.csr_array:
+        """H^-1 of all points, block diagonal, (3 n, 3 n)."""
+        eliminated = self.solution.eliminated
+        if eliminated is None:
+            raise ValueError("no eliminated points")
+        count = len(eliminated.inverse)
+        if not count:
+            return sparse.csr_array((0, 0))
+        blocks = (eliminated.inverse, np.arange(count), np.arange(count + 1))
+        return sparse.csr_array(sparse.bsr_array(blocks, shape=(3 * count, 3 * count)))
