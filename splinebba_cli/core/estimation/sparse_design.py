@@ -1,8 +1,8 @@
 """The whitened equations of a solution as sparse rows: across the curves, image points, priors and control.
 
-Row order: curve points (across, then along for held locations), image points of points (x and y in turn), orientation
-priors, control coordinates, equations over coefficients.  Arc lengths, tangents and the equations along linked chains
-are not among them: their part of the information is in the factor.
+Row order: curve points (across, then along for held locations), image points of points (x and y in turn), distances,
+orientation priors, control coordinates, equations over coefficients.  Arc lengths, tangents and the equations along
+linked chains are not among them: their part of the information is in the factor.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ class RowRanges:
 
     curve: int  # 0
     points: int
+    distances: int
     priors: int
     control: int
     coefficients: int
@@ -52,14 +53,18 @@ def sparse_design(assembler: Assembler, at: Linearization) -> SparseDesign:
     parts = [
         len(at.curve.point),
         2 * len(at.points.residual),
+        len(at.distances.residual),
         int(priors.active.sum()),
         int((weight > 0.0).sum()),
     ]
     begin = np.cumsum([0, *parts, len(assembler.coefficient_rows)])
     ranges = RowRanges(*(int(n) for n in begin))
+    on_points = _on_points(assembler, at, ranges)
     entries = [
         _curve_entries(assembler, at),
         _point_entries(assembler, at, ranges.points),
+        _distance_entries(assembler, at, ranges.distances),
+        _kept_entries(assembler, on_points),
         _prior_entries(at, ranges.priors),
         _coefficient_entries(assembler, at, ranges.coefficients),
     ]
@@ -68,12 +73,15 @@ def sparse_design(assembler: Assembler, at: Linearization) -> SparseDesign:
         [
             at.curve.residual,
             at.points.residual.ravel(),
+            at.distances.residual,
             priors.residual[priors.active],
             at.point_prior_residual[weight > 0.0],
             at.coefficient_residual,
         ]
     )
-    return SparseDesign(ranges, reduced, _over_points(assembler, at, ranges), residual)
+    mask = assembler.layout.eliminated_mask
+    points = _matrix(on_points, (ranges.count, mask.size), mask.ravel())
+    return SparseDesign(ranges, reduced, points, residual)
 
 
 Entries = tuple[IntArray, IntArray, FloatArray]  # row, column, value of the same shape
@@ -118,9 +126,15 @@ def _coefficient_entries(assembler: Assembler, at: Linearization, first: int) ->
     return _spread(first + np.arange(len(rows)), columns, at.coefficient_jacobian.reshape(shape))
 
 
-def _over_points(assembler: Assembler, at: Linearization, ranges: RowRanges) -> sparse.csr_array:
-    observed, mask = assembler.prepared.network.point_observations, assembler.layout.point_mask
-    point = observed.point.repeat(2)
+def _distance_entries(assembler: Assembler, at: Linearization, first: int) -> Entries:
+    kept = assembler.kept_points
+    rows = first + np.arange(len(kept.end_unknowns))
+    return _spread(rows, kept.end_unknowns, kept.end_jacobian(at.distances))
+
+
+def _on_points(assembler: Assembler, at: Linearization, ranges: RowRanges) -> list[Entries]:
+    """Entries over the coordinates of all points, 3 a point."""
+    point = assembler.prepared.network.point_observations.point.repeat(2)
     seen = _spread(
         ranges.points + np.arange(len(point)),
         3 * point[:, None] + np.arange(3),
@@ -128,4 +142,11 @@ def _over_points(assembler: Assembler, at: Linearization, ranges: RowRanges) -> 
     )
     n, d = np.nonzero(assembler.point_inverse_sigma > 0.0)
     given = (ranges.control + np.arange(len(n)), 3 * n + d, assembler.point_inverse_sigma[n, d])
-    return _matrix([seen, given], (ranges.count, mask.size), mask.ravel())
+    return [seen, given]
+
+
+def _kept_entries(assembler: Assembler, on_points: list[Entries]) -> Entries:
+    """Those of the points that stay in the reduced system, over its unknowns."""
+    row, column, value = (np.concatenate([part[i].ravel() for part in on_points]) for i in range(3))
+    kept = assembler.layout.node_of_point[column // 3] >= 0
+    return row[kept], assembler.layout.unknown_of_point.ravel()[column[kept]], value[kept]

@@ -63,6 +63,7 @@ def _redundancies(numbers: RedundancyNumbers, projector: ResidualProjector) -> F
         [
             numbers.curve_rows,
             numbers.image_points.ravel(),
+            numbers.distances,
             numbers.orientation_priors[active],
             numbers.point_priors[projector.assembler.point_inverse_sigma > 0.0],
             numbers.coefficient_rows,
@@ -79,6 +80,8 @@ def _places(projector: ResidualProjector, group: ObservationGroup) -> IntArray:
         return np.flatnonzero(member[at.curve.point])
     if group.kind == "point":
         return ranges.points + (2 * group.rows[:, None] + np.arange(2)).ravel()
+    if group.kind == "distance":
+        return ranges.distances + group.rows
     if group.kind == "control point":
         return np.arange(ranges.control, ranges.coefficients)
     if group.kind == "control spline":

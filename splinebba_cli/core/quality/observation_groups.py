@@ -13,6 +13,7 @@ from splinebba_cli.core.evidence import ObservationKind
 from splinebba_cli.core.network import (
     ArcLengths,
     CurveObservations,
+    Distances,
     FloatArray,
     IntArray,
     Network,
@@ -25,7 +26,9 @@ KIND_NAMES: dict[ObservationKind, str] = {
     "spline": "splines",
     "arc length": "arc lengths",
     "tangent": "tangents",
+    "distance": "distances",
 }
+Measured = PointObservations | CurveObservations | ArcLengths | Tangents | Distances
 ANGLES, POSITIONS = "prior angles", "prior positions"
 
 
@@ -40,11 +43,12 @@ class ObservationGroup:
 
 def observation_groups(network: Network) -> tuple[ObservationGroup, ...]:
     """All groups that have observations."""
-    measured: list[tuple[ObservationKind, PointObservations | CurveObservations | ArcLengths | Tangents]] = [
+    measured: list[tuple[ObservationKind, Measured]] = [
         ("point", network.point_observations),
         ("spline", network.curve_observations),
         ("arc length", network.arc_lengths),
         ("tangent", network.tangents),
+        ("distance", network.distances),
     ]
     found = [group for kind, table in measured for group in _named(kind, table)]
     found.append(ObservationGroup("control points", "control point", _weighted(network.points.sigma)))
@@ -56,9 +60,7 @@ def observation_groups(network: Network) -> tuple[ObservationGroup, ...]:
     return tuple(group for group in found if len(group.rows))
 
 
-def _named(
-    kind: ObservationKind, table: PointObservations | CurveObservations | ArcLengths | Tangents
-) -> list[ObservationGroup]:
+def _named(kind: ObservationKind, table: Measured) -> list[ObservationGroup]:
     if table.group is None:
         return [ObservationGroup(KIND_NAMES[kind], kind, np.arange(len(table)))]
     names, group = table.group_names, table.group

@@ -16,6 +16,7 @@ TABLES = {
     "spline": "curve_observations",
     "arc length": "arc_lengths",
     "tangent": "tangents",
+    "distance": "distances",
 }
 
 

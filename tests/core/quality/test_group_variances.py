@@ -33,7 +33,7 @@ def dense_blocks() -> FloatArray:
 def test_groups_and_their_rows() -> None:
     """Every stochastic equation is in one group; conditions, held values and held angles are in none."""
     assert [each.group.name for each in sums()] == [
-        "points", "splines", "control points", "control splines", "prior angles", "prior positions",
+        "points", "splines", "distances", "control points", "control splines", "prior angles", "prior positions",
     ]  # fmt: skip
     projector, _, r = systems()
     rows = np.concatenate([each.rows for each in sums()])
@@ -57,7 +57,7 @@ def test_small_groups_exactly_and_large_ones_by_sampling() -> None:
 
 def test_the_expected_squares_of_wrong_sigma_give_the_variances_back() -> None:
     """c = M s whatever s is: the estimate is unbiased although the weights are wrong."""
-    true = np.array([0.25, 9.0, 1.0, 2.0, 1.0, 0.5])
+    true = np.array([0.25, 9.0, 1.5, 1.0, 2.0, 1.0, 0.5])
     projector, _, _ = systems()
     matrix = module.squared_blocks(projector, sums())
     rest = np.array([each.redundancy for each in sums()]) - matrix.sum(axis=1)
@@ -70,7 +70,7 @@ def test_the_expected_squares_of_wrong_sigma_give_the_variances_back() -> None:
 
 def test_covariances_of_the_squares_with_other_variances() -> None:
     """K = |(R S R)_gh|^2 against the dense R; sampled blocks to 5 %, as above."""
-    true = np.array([0.25, 9.0, 1.0, 2.0, 1.0, 0.5])
+    true = np.array([0.25, 9.0, 1.5, 1.0, 2.0, 1.0, 0.5])
     projector, _, r = systems()
     weight = np.ones(len(r))
     for each, variance in zip(sums(), true, strict=True):

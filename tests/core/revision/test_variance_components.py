@@ -101,6 +101,7 @@ def test_factors_touch_their_own_group_only() -> None:
         tables = [
             (network.point_observations.sigma, scaled.point_observations.sigma),
             (network.curve_observations.sigma, scaled.curve_observations.sigma),
+            (network.distances.sigma, scaled.distances.sigma),
             (network.points.sigma, scaled.points.sigma),
             (network.images.prior_sigma, scaled.images.prior_sigma),
             *((a.sigma, b.sigma) for a, b in zip(network.curves, scaled.curves, strict=True)),
