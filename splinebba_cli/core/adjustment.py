@@ -11,15 +11,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from splinebba_cli.core.approximation.control_network import control_network, known_curves
+from splinebba_cli.core.approximation.control_network import control_network, known_curves, points_only
 from splinebba_cli.core.approximation.curve_refinement import calmed, refine_curves
 from splinebba_cli.core.approximation.starting_values import starting_state
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution, solve_with_conditions
-from splinebba_cli.core.estimation.datum import minimal_datum
+from splinebba_cli.core.estimation.datum import datum_layout
 from splinebba_cli.core.estimation.gauss_markov import Observer
 from splinebba_cli.core.estimation.normal_equations import Assembler
-from splinebba_cli.core.estimation.parameters import ParameterLayout, layout_of
-from splinebba_cli.core.network import ArcLengths, CurveObservations, KnotPolicy, Network, Tangents
+from splinebba_cli.core.network import KnotPolicy, Network
 from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
 from splinebba_cli.core.observations.shape_conditions import control_rows
 from splinebba_cli.core.observations.structural_locations import structural_state
@@ -126,25 +125,12 @@ def _oriented_by_control(prepared: Prepared, state: State, record: Observer) -> 
     return replace(state, rotation=after.rotation, position=after.position)
 
 
-def points_only(network: Network) -> Network:
-    """The network without its curves."""
-    none = np.zeros(0, dtype=np.int64)
-    empty = CurveObservations(none, none, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), none)
-    return replace(
-        network,
-        curves=(),
-        curve_observations=empty,
-        arc_lengths=ArcLengths.none(),
-        tangents=Tangents.none(),
-    )
-
-
 def _solve(
     prepared: Prepared, state: State, record: Observer, stage: str, *, select: bool = False, patience: int = 1
 ) -> ConditionedSolution:
     """Solve one stage; knots that the program spaces itself keep all their conditions."""
     settings = prepared.network.settings
-    layout = _layout(prepared, state)
+    layout = datum_layout(prepared, state)
     control = control_rows(prepared, layout.coefficient_mask)
     gauge = gauge_rows(prepared, layout.coefficient_mask, settings.gauge_sigma_m)
     return solve_with_conditions(
@@ -152,13 +138,6 @@ def _solve(
         max_iterations=patience * settings.max_iterations, stage=stage, damping=CURVE_DAMPING if len(gauge) else 0.0,
         observer=record, select=select and settings.gauge_conditions == "needed" and settings.knots.spacing_m is None,
     )  # fmt: skip
-
-
-def _layout(prepared: Prepared, state: State) -> ParameterLayout:
-    layout = layout_of(prepared)
-    if prepared.network.settings.datum == "minimal":
-        layout = minimal_datum(layout, state)
-    return layout
 
 
 def _final(prepared: Prepared, state: State, record: Observer) -> tuple[Prepared, ConditionedSolution]:
@@ -179,7 +158,7 @@ def _final(prepared: Prepared, state: State, record: Observer) -> tuple[Prepared
 
 def _require_rank(prepared: Prepared, state: State) -> None:
     """Refuse at the start what no iteration can solve."""
-    layout = _layout(prepared, state)
+    layout = datum_layout(prepared, state)
     rows = [
         control_rows(prepared, layout.coefficient_mask),
         gauge_rows(prepared, layout.coefficient_mask, prepared.network.settings.gauge_sigma_m),

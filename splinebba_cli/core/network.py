@@ -8,8 +8,8 @@ A standard deviation of 0 means *fixed* (the unknown is removed), infinity means
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -117,6 +117,7 @@ class CurveObservations:
     segment: IntArray  # (n,) segment to which u is restricted, -1 where it is not
     group: IntArray | None = None  # (n,) index into group_names, None: one group
     group_names: tuple[str, ...] = ()
+    excluded: BoolArray | None = None  # (n,) rows that the user has taken out, None: none
 
     def __len__(self) -> int:
         return len(self.image)
@@ -132,6 +133,7 @@ class PointObservations:
     sigma: FloatArray  # (n, 2) mm
     group: IntArray | None = None  # (n,) index into group_names, None: one group
     group_names: tuple[str, ...] = ()
+    excluded: BoolArray | None = None  # (n,) rows that the user has taken out, None: none
 
     def __len__(self) -> int:
         return len(self.image)
@@ -151,6 +153,7 @@ class ArcLengths:
     simpson: BoolArray  # (q,) one Simpson step (Lee 3.38), else Gauss-Legendre, split at joints
     group: IntArray | None = None  # (q,) index into group_names, None: one group
     group_names: tuple[str, ...] = ()
+    excluded: BoolArray | None = None  # (q,) rows that the user has taken out, None: none
 
     def __len__(self) -> int:
         return len(self.first)
@@ -171,6 +174,7 @@ class Tangents:
     directed: BoolArray  # (q,) has the sense of ascending locations; else known up to half a turn
     group: IntArray | None = None  # (q,) index into group_names, None: one group
     group_names: tuple[str, ...] = ()
+    excluded: BoolArray | None = None  # (q,) rows that the user has taken out, None: none
 
     def __len__(self) -> int:
         return len(self.point)
@@ -179,6 +183,19 @@ class Tangents:
     def none(cls) -> Tangents:
         """No tangents."""
         return cls(_no_indices(), np.zeros(0), np.zeros(0), np.zeros(0, dtype=bool))
+
+
+Observed = TypeVar("Observed", PointObservations, CurveObservations, ArcLengths, Tangents)
+
+
+def select_rows(observed: Observed, rows: IntArray) -> Observed:
+    """Some observations of one kind: all its arrays that have one entry an observation."""
+    arrays: dict[str, Any] = {
+        each.name: value[rows]
+        for each in fields(observed)
+        if isinstance(value := getattr(observed, each.name), np.ndarray)
+    }
+    return replace(observed, **arrays)
 
 
 def _no_indices() -> IntArray:

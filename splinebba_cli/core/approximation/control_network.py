@@ -1,4 +1,4 @@
-"""The part of a network that orients its images without anything unknown: control splines, and points as they are."""
+"""Parts of a network that orient its images: points alone, or control splines with points as they are."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from splinebba_cli.core.network import BoolArray, CurveObservations, IntArray, Network
+from splinebba_cli.core.network import ArcLengths, BoolArray, CurveObservations, IntArray, Network, Tangents
 
 
 def known_curves(network: Network) -> BoolArray:
@@ -58,4 +58,17 @@ def control_network(network: Network) -> tuple[Network, IntArray]:
             ),
         ),
         rows,
+    )
+
+
+def points_only(network: Network) -> Network:
+    """The network without its curves."""
+    none = np.zeros(0, dtype=np.int64)
+    empty = CurveObservations(none, none, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), none)
+    return replace(
+        network,
+        curves=(),
+        curve_observations=empty,
+        arc_lengths=ArcLengths.none(),
+        tangents=Tangents.none(),
     )

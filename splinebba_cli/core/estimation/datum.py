@@ -15,10 +15,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from splinebba_cli.core.estimation.parameters import ParameterLayout
+from splinebba_cli.core.estimation.parameters import ParameterLayout, layout_of
 from splinebba_cli.core.network import BoolArray, FloatArray
 from splinebba_cli.core.result import Problem
-from splinebba_cli.core.state import State
+from splinebba_cli.core.state import Prepared, State
 from splinebba_cli.errors import SingularNetworkError
 
 _NO_MINIMAL_DATUM = Problem(
@@ -64,6 +64,12 @@ def jointly_needed(cofactors: FloatArray) -> BoolArray:
         found += np.outer(found[weakest], found[weakest]) / (1.0 - own)
         keep[weakest] = False
     return keep
+
+
+def datum_layout(prepared: Prepared, state: State) -> ParameterLayout:
+    """The layout of a network with the datum that its settings ask for."""
+    layout = layout_of(prepared)
+    return minimal_datum(layout, state) if prepared.network.settings.datum == "minimal" else layout
 
 
 def minimal_datum(layout: ParameterLayout, state: State) -> ParameterLayout:
