@@ -94,6 +94,11 @@ ERROR_CODES: dict[str, str] = {
     "SBB535": "spline folded",
     "SBB536": "knot interval without measurements",
     "SBB537": "arc lengths too long for one Simpson step",
+    "SBB540": "observations were rejected",
+    "SBB541": "the search for outliers stopped early",
+    "SBB542": "the weights did not settle",
+    "SBB543": "no solution without the outliers",
+    "SBB544": "observations excluded by the user",
     # 6xx: output
     "SBB601": "results cannot be written",
     "SBB602": "not a result folder",

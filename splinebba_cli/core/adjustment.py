@@ -25,6 +25,8 @@ from splinebba_cli.core.observations.structural_locations import structural_stat
 from splinebba_cli.core.quality.determinacy import require_determined, require_rank, weak_images
 from splinebba_cli.core.quality.evaluation import Adjusted, evaluate
 from splinebba_cli.core.result import AdjustmentResult, Iteration, Problem
+from splinebba_cli.core.revision.restoration import restored
+from splinebba_cli.core.revision.revise import begin_search, revise, robust_start
 from splinebba_cli.core.state import Prepared, State, initial_coefficients, prepare
 from splinebba_cli.errors import NotConvergedError, SingularNetworkError
 
@@ -62,14 +64,21 @@ def adjust(
         if observer:
             observer(iteration)
 
-    prepared = prepare(network)
+    def resolve(prepared: Prepared, state: State) -> ConditionedSolution:
+        return _solve(prepared, state, record, "joint", select=True)
+
+    search = begin_search(network)
+    prepared = prepare(search.part.network)
     state, problems = starting_state(prepared)
     started = time.perf_counter()
+    if network.settings.outliers.start == "high_breakdown":
+        search, prepared, state = robust_start(search, prepared, state, record)
     prepared, state = _staged(prepared, state, record)
     prepared, solved = _final(prepared, state, record)
+    revised = revise(search, prepared, solved, resolve, record)
     solution_end = time.perf_counter()
-    adjusted = Adjusted(prepared, solved, problems, tuple(log))
-    result = evaluate(adjusted, full_dispersion=full_dispersion)
+    adjusted = Adjusted(revised.prepared, revised.solved, problems, tuple(log))
+    result = restored(evaluate(adjusted, full_dispersion=full_dispersion), revised)
     timings = {
         "approximation_s": started - begin,
         "estimation_s": solution_end - started,

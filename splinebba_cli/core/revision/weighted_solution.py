@@ -1,0 +1,90 @@
+"""Solutions of one network with changing weights, each from the state of the last one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
+from splinebba_cli.core.estimation.datum import datum_layout
+from splinebba_cli.core.estimation.gauss_markov import Observer, Solution, solve
+from splinebba_cli.core.estimation.normal_equations import Assembler
+from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
+from splinebba_cli.core.observations.shape_conditions import control_rows
+from splinebba_cli.core.revision.local_statistics import LocalStatistics, local_statistics
+from splinebba_cli.core.revision.observation_list import ObservationList
+from splinebba_cli.core.revision.observation_weights import faintly_weighted
+from splinebba_cli.core.state import Prepared, State
+
+
+@dataclass(frozen=True)
+class WeightedSolution:
+    """A converged solution, the factors of the weights that it had, and the residuals."""
+
+    factor: FloatArray  # (N,)
+    solved: ConditionedSolution
+    statistics: LocalStatistics
+
+    @property
+    def state(self) -> State:
+        """The adjusted state."""
+        return self.solved.solution.state
+
+
+class WeightedNetwork:
+    """All measurements of a network with the same unknowns and gauge conditions, to be solved with any weights."""
+
+    def __init__(
+        self,
+        prepared: Prepared,
+        state: State,
+        conditions: IntArray | None,
+        observer: Observer | None,
+        stage: str = "outliers",
+    ) -> None:
+        """`prepared` has all measurements with their given sigma; `conditions` None keeps all of them."""
+        settings = prepared.network.settings
+        layout = datum_layout(prepared, state)
+        gauge = gauge_rows(prepared, layout.coefficient_mask, settings.gauge_sigma_m)
+        self.conditions = np.arange(len(gauge)) if conditions is None else conditions
+        control = control_rows(prepared, layout.coefficient_mask)
+        rows = concatenate_rows([control, gauge.select(self.conditions)], prepared.curves.support)
+        self.prepared = prepared
+        self.listed = ObservationList.of(prepared.network)
+        self.observer = observer
+        self.stage = stage
+        self._assembler = Assembler(prepared, layout, rows)
+
+    def iterate(self, factor: FloatArray, state: State, iterations: int, damping: float) -> Solution:
+        """At most so many iterations with the factors (N,) of the weights.
+
+        Raises
+        ------
+        FloatingPointError
+            If the state puts something behind a camera.
+        """
+        assembler = self._assembler.with_weights(faintly_weighted(self.prepared, self.listed, factor))
+        solution = solve(
+            assembler,
+            state,
+            max_iterations=iterations,
+            stage=self.stage,
+            damping=damping,
+            observer=self.observer,
+        )
+        self._assembler = assembler  # with the pattern that it has grown
+        return solution
+
+    def solve(self, factor: FloatArray, state: State) -> WeightedSolution | None:
+        """The solution with the factors (N,) of the weights; None where there is none."""
+        limit = self.prepared.network.settings.max_iterations
+        try:
+            solution = self.iterate(factor, state, limit, 0.0)
+        except (FloatingPointError, np.linalg.LinAlgError):
+            return None
+        if not solution.converged:
+            return None
+        solved = ConditionedSolution(self._assembler, solution, self.conditions)
+        return WeightedSolution(factor, solved, local_statistics(self.listed, factor, solved))
