@@ -84,10 +84,12 @@ class Geometry:
     tested: IntArray  # (t,) rows that are tested
     entry: IntArray  # (t,) observation of each: points, then curve points
     redundancy: FloatArray  # (rows,)
+    first_point_row: int
+    points: int
 
     def row_of(self, entry: int, axis: int) -> int:
-        """The tested row of an observation."""
-        return int(self.tested[np.flatnonzero(self.entry == entry)[axis]])
+        """The row of an observation: a coordinate of a point, or across a curve."""
+        return self.first_point_row + 2 * entry + axis if entry < self.points else entry - self.points
 
 
 @cache
@@ -104,7 +106,7 @@ def geometry(kind: str = BLOCK) -> Geometry:
     rows = np.concatenate([first + np.arange(2 * points), np.arange(curves)])
     entry = np.concatenate([np.repeat(np.arange(points), 2), points + np.arange(curves)])
     kept = redundancy[rows] > LEAST_REDUNDANCY
-    return Geometry(basis, rows[kept], entry[kept], redundancy)
+    return Geometry(basis, rows[kept], entry[kept], redundancy, first, points)
 
 
 def _solved(network: Network, state: State) -> ConditionedSolution:

@@ -1,4 +1,4 @@
-"""Outliers found, gross errors survived, false rejections: ``python -m benchmarks.blunders [--runs 200] [--only a b c]``.
+"""Outliers found, gross errors survived, false rejections: ``python -m benchmarks.blunders [--runs 200] [--only a]``.
 
 (a) one error of 6 σ: how often the first rejection is the planted one, against the probability of its design
 (b) 10 to 40 % errors of 20 to 200 σ in points on curves, high-breakdown start and snooping: orientations against
@@ -143,7 +143,8 @@ def main() -> None:
         false = false_rejections(options.runs)
         low, high = false.interval
         print(
-            f"(c) {false.beyond} of {false.tests} tests beyond {critical_w(ALPHA):.2f}: {false.beyond / false.tests:.5f} "
+            f"(c) {false.beyond} of {false.tests} tests beyond {critical_w(ALPHA):.2f}: "
+            f"{false.beyond / false.tests:.5f} "
             f"(99 %: {low:.5f} to {high:.5f}); {false.rejections} rejections in {options.runs} runs"
         )
     print(f"{time.perf_counter() - begin:.0f} s")

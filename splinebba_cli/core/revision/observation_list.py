@@ -87,8 +87,8 @@ class ObservationList:
         points = self.network.points
         needs = np.isinf(points.sigma).any(axis=1)
         seen = self.network.point_observations.point
-        of_point: BoolArray = used[: len(seen)]
-        rays = np.bincount(seen, of_point, minlength=len(needs))
+        of_point = used[: len(seen)]
+        rays = np.bincount(seen, of_point, minlength=len(points.ids))
         found = np.zeros(len(self), dtype=bool)
         found[: len(seen)] = of_point & (needs & (rays < 2))[seen]
         return found
