@@ -61,13 +61,26 @@ def clean_block(seed: int, kind: str = BLOCK) -> Clean:
     return Clean(network, adjust(network))
 
 
-def contaminated(clean: Clean, share: float, seed: int) -> Network:
-    """A share of the curve points in error by 20 to 200 σ across, either sign."""
+def planted_rows(clean: Clean, share: float, seed: int) -> tuple[IntArray, FloatArray]:
+    """A share of the curve points, and errors of 20 to 200 σ of either sign for them."""
     rng = np.random.default_rng(seed)
     count = len(clean.network.curve_observations)
     rows = rng.choice(count, round(share * count), replace=False)
-    sizes = rng.uniform(20.0, 200.0, len(rows)) * rng.choice([-1.0, 1.0], len(rows))
+    return rows, rng.uniform(20.0, 200.0, len(rows)) * rng.choice([-1.0, 1.0], len(rows))
+
+
+def contaminated(clean: Clean, share: float, seed: int) -> Network:
+    """A share of the curve points in error across their curves."""
+    rows, sizes = planted_rows(clean, share, seed)
     return across(clean.network, clean.result.curve_residuals.normal, rows, sizes)
+
+
+def without_planted(clean: Clean, share: float, seed: int) -> AdjustmentResult:
+    """The adjustment that knows which points are in error and has none of them."""
+    excluded = np.zeros(len(clean.network.curve_observations), dtype=bool)
+    excluded[planted_rows(clean, share, seed)[0]] = True
+    observed = replace(clean.network.curve_observations, excluded=excluded)
+    return adjust(replace(clean.network, curve_observations=observed))
 
 
 def largest_shift(clean: AdjustmentResult, found: AdjustmentResult) -> float:
