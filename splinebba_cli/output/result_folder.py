@@ -31,6 +31,7 @@ _OWN_TABLES = frozenset(
         "arc_residuals",
         "tangent_residuals",
         "prior_residuals",
+        "rejections",
     }
 )
 

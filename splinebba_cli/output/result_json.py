@@ -16,6 +16,7 @@ from splinebba_cli.core.result import AdjustmentResult, ConicElements, CurveResu
 from splinebba_cli.errors import OutputError
 from splinebba_cli.output.json_text import finite, json_text
 from splinebba_cli.output.residual_summary import residual_summary
+from splinebba_cli.output.revision_json import revision_to_dict
 from splinebba_cli.output.tables import EOP_NAMES
 
 RESULT_FORMAT = "splinebba-result/1"
@@ -64,6 +65,7 @@ def result_to_dict(result: AdjustmentResult, provenance: dict[str, Any] | None =
         "points": _points(result),
         "checks": _checks(result),
         "residuals": residual_summary(result),
+        "revision": revision_to_dict(result),
         "convergence": [
             {"stage": i.stage, "iteration": i.number, "cost": i.cost, "step": i.step, "damping": i.damping}
             for i in result.iterations

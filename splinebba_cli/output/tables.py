@@ -13,6 +13,7 @@ from splinebba_cli.core.curves.registry import basis_of
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.result import AdjustmentResult, ScalarResiduals
 from splinebba_cli.output.columns import Column, Table
+from splinebba_cli.output.revision_tables import rejections_tables, revision_columns
 
 _PHOTO = "%.7f"  # mm: a tenth of a nanometre
 _RATIO = "%.6f"
@@ -32,6 +33,7 @@ def all_tables(result: AdjustmentResult) -> tuple[Table, ...]:
         residuals_table(result),
         *linked_residuals_tables(result),
         prior_residuals_table(result),
+        *rejections_tables(result),
     )
 
 
@@ -170,6 +172,7 @@ def residuals_table(result: AdjustmentResult) -> Table:
         ]
         columns.append(Column(f"{name}_across", _only(values[:, 0], slice(n, None)), _RATIO))
     columns += [Column(f"normal_{axis}", normal[:, i], _RATIO) for i, axis in enumerate("xy")]
+    columns += revision_columns(result, "point", "spline")
     return Table("residuals", tuple(columns))
 
 
@@ -185,6 +188,7 @@ def linked_residuals_tables(result: AdjustmentResult) -> tuple[Table, ...]:
         ]
         columns += [Column("measured_mm", arcs.length, _PHOTO), Column("sigma_mm", arcs.sigma, _PHOTO)]
         columns += _scalar_columns(result.arc_residuals, "mm", 1.0, _PHOTO)
+        columns += revision_columns(result, "arc length")
         columns.append(Column("method", ["simpson" if s else "gauss-legendre" for s in arcs.simpson]))
         found.append(Table("arc_residuals", tuple(columns)))
     if len(tangents):
@@ -195,6 +199,7 @@ def linked_residuals_tables(result: AdjustmentResult) -> tuple[Table, ...]:
             Column("sigma_deg", factor * tangents.sigma, _ANGLE),
         ]
         columns += _scalar_columns(result.tangent_residuals, "deg", factor, _ANGLE)
+        columns += revision_columns(result, "tangent")
         columns.append(Column("directed", ["true" if s else "false" for s in tangents.directed]))
         found.append(Table("tangent_residuals", tuple(columns)))
     return tuple(found)

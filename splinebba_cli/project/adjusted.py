@@ -25,6 +25,7 @@ from splinebba_cli.project.writer import spline_entry
 from splinebba_cli.project.yaml_writing import project_yaml
 
 PREFIX = "adjusted_"
+LOCATED: frozenset[str] = frozenset({"location", "segment"})  # columns that belong to the knots
 
 
 def adjusted_project(
@@ -70,7 +71,8 @@ def adjusted_project(
     if network.points.ids:
         files[f"{PREFIX}points.csv"] = points_table(network)
         data["points"] = {"table": f"{PREFIX}points.csv"}
-    marked = marked_tables(loaded, result)
+    of_old_knots = LOCATED if _knots_changed(loaded.network, network) else frozenset()
+    marked = marked_tables(loaded, result, of_old_knots)
     files |= {_marked_name(*group): text for group, text in marked.items()}
     data["observations"] = _observations(
         written.get("observations", {}), loaded, network, directory, set(marked)
@@ -173,7 +175,7 @@ def _without_locations(group: dict[str, Any]) -> dict[str, Any]:
     """Approximate locations and segments belong to the knots that were; without them they are found anew."""
     columns = group.get("columns")
     if isinstance(columns, list):
-        return {**group, "columns": ["-" if name in ("location", "segment") else name for name in columns]}
+        return {**group, "columns": ["-" if name in LOCATED else name for name in columns]}
     if isinstance(columns, dict):
-        return {**group, "columns": {k: v for k, v in columns.items() if k not in ("location", "segment")}}
+        return {**group, "columns": {k: v for k, v in columns.items() if k not in LOCATED}}
     return group

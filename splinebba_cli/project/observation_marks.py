@@ -30,8 +30,15 @@ KINDS: dict[str, tuple[Wanted, str]] = {
 }  # section of the project: columns, and the one that names the feature
 
 
-def marked_tables(loaded: LoadedProject, result: AdjustmentResult) -> dict[tuple[str, int], str]:
-    """Tables (CSV) of the groups in which the run rejected something, by section and number of the group."""
+def marked_tables(
+    loaded: LoadedProject, result: AdjustmentResult, left_out: frozenset[str] = frozenset()
+) -> dict[tuple[str, int], str]:
+    """Tables (CSV) of the groups in which the run rejected something, by section and number of the group.
+
+    Parameters
+    ----------
+    left_out : columns of the user's tables that are not written
+    """
     weights = rejected_rows(result)
     if not any(rows.any() for rows in weights.values()):
         return {}
@@ -46,7 +53,7 @@ def marked_tables(loaded: LoadedProject, result: AdjustmentResult) -> dict[tuple
             rejected = np.zeros(table.rows, dtype=bool)
             rejected[known] = weights[key][rows[known]]
             if rejected.any():
-                found[key, group] = _written(table, rejected | table.excluded())
+                found[key, group] = _written(table, rejected | table.excluded(), left_out)
     return found
 
 
@@ -86,8 +93,8 @@ def _tables(
         yield number_, table, rows
 
 
-def _written(table: Table, out: BoolArray) -> str:
-    names = [name for name in table.columns if name != "use"]
+def _written(table: Table, out: BoolArray, left_out: frozenset[str]) -> str:
+    names = [name for name in table.columns if name != "use" and name not in left_out]
     columns = [
         [number(v) if isinstance(v, float) else str(v) for v in _values(table, name)] for name in names
     ]
@@ -96,5 +103,5 @@ def _written(table: Table, out: BoolArray) -> str:
 
 
 def _values(table: Table, name: str) -> list[Any]:
-    values = table.columns[name]
+    values: Any = table.columns[name]
     return values.tolist() if isinstance(values, np.ndarray) else list(values)

@@ -18,6 +18,7 @@ from splinebba_cli.report.blocks import (
 )
 from splinebba_cli.report.feature_sections import checks_section, points_section, splines_section
 from splinebba_cli.report.orientation_section import cameras_section, orientation_section
+from splinebba_cli.report.outlier_section import outliers_section
 from splinebba_cli.report.residual_sections import conditions_section, priors_section, residuals_section
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.run_sections import convergence_section, provenance_section
@@ -61,6 +62,7 @@ def build_report(data: ResultData) -> Report:
         points_section(data),
         checks_section(data),
         residuals_section(data),
+        outliers_section(data),
         priors_section(data),
         conditions_section(data),
         cameras_section(data),

@@ -6,7 +6,7 @@ Points come first, then points on curves, arc lengths, tangents; a vector over t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -76,6 +76,15 @@ class ObservationList:
             if given is not None:
                 self.part(found, kind)[:] = given
         return found | self.orphans(found)
+
+    def with_excluded(self, out: BoolArray) -> Network:
+        """The network with observations (N,) marked as taken out."""
+        changes: dict[str, Any] = {
+            name: replace(getattr(self.network, name), excluded=self.part(out, kind))
+            for kind, (_, name) in enumerate(KINDS)
+            if self.part(out, kind).any()
+        }
+        return replace(self.network, **changes)
 
     def orphans(self, gone: BoolArray) -> BoolArray:
         """Arcs and tangents that end at a measured point that is gone, (N,)."""

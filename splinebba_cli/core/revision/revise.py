@@ -66,6 +66,8 @@ def begin_search(network: Network) -> Search:
     if (factor == 0.0).any():
         followers, _ = companions(listed, factor > 0.0, np.flatnonzero(factor == 0.0))
         factor[followers] = 0.0
+        network = listed.with_excluded(factor == 0.0)
+        listed = ObservationList.of(network)
         part = reduced(listed, factor, network.points.xyz)
     else:
         every = [np.arange(len(listed.part(factor, kind))) for kind in range(4)]

@@ -44,10 +44,8 @@ def revision_problems(revision: Revision, revised: Revised, result: AdjustmentRe
         found.append(Problem(code, "warning", f"search for outliers: {message}", "outliers", help))
     out = int((revised.search.excluded == 0.0).sum())
     if out:
-        message = (
-            f"{out} of {len(revised.factor)} observations take no part because the project excludes them"
-        )
-        help = "they are listed in residuals.csv with their predicted residuals"
+        message = f"{out} of {len(revised.factor)} observations {'takes' if out == 1 else 'take'} no part: excluded by the project"
+        help = "listed in residuals.csv with predicted residuals"
         found.append(Problem("SBB544", "info", message, "observations", help))
     return (*found, *_lost(revised, result))
 
@@ -57,9 +55,9 @@ def _rejected(revision: Revision, revised: Revised) -> Problem:
     worst = max(standing, key=lambda each: float(np.nan_to_num(abs(each.predicted))))
     total = int((revised.search.excluded > 0.0).sum())
     share = len(standing) / total
-    what = "observation was" if len(standing) == 1 else "observations were"
+    verb = "was" if len(standing) == 1 else "were"
     message = (
-        f"{len(standing)} of {total} {what} rejected ({100 * share:.2g} %); worst: {worst.name}, "
+        f"{len(standing)} of {total} observations {verb} rejected ({100 * share:.2g} %); worst: {worst.name}, "
         f"predicted w = {worst.predicted:.1f}"
     )
     help = "rejections.csv lists them; remeasure them, or mend what they have in common"
