@@ -28,7 +28,7 @@ from splinebba_cli.core.revision.observation_list import CURVES, ObservationList
 from splinebba_cli.core.revision.observation_weights import FAINT
 from splinebba_cli.core.revision.revision_log import RevisionLog
 from splinebba_cli.core.revision.reweighting import MAD_TO_SIGMA, one_value
-from splinebba_cli.core.revision.weighted_solution import WeightedNetwork
+from splinebba_cli.core.revision.weighted_solution import CURVE_DAMPING, WeightedNetwork
 from splinebba_cli.core.state import Prepared, State
 
 WIDE = 4.0  # times the median residual of the start
@@ -38,7 +38,6 @@ ABOVE_MEDIAN = 1.5  # times the median residual: the scale does not outrun the c
 STEPS = 60
 STALLS = 3  # steps without a smaller scale that end it
 ITERATIONS = 2  # of the adjustment a step
-CURVE_DAMPING = 1e-3
 
 
 @dataclass(frozen=True)

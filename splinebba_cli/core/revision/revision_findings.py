@@ -44,7 +44,8 @@ def revision_problems(revision: Revision, revised: Revised, result: AdjustmentRe
         found.append(Problem(code, "warning", f"search for outliers: {message}", "outliers", help))
     out = int((revised.search.excluded == 0.0).sum())
     if out:
-        message = f"{out} of {len(revised.factor)} observations {'takes' if out == 1 else 'take'} no part: excluded by the project"
+        verb = "takes" if out == 1 else "take"
+        message = f"{out} of {len(revised.factor)} observations {verb} no part: excluded by the project"
         help = "listed in residuals.csv with predicted residuals"
         found.append(Problem("SBB544", "info", message, "observations", help))
     return (*found, *_lost(revised, result))

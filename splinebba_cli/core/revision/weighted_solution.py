@@ -18,6 +18,9 @@ from splinebba_cli.core.revision.observation_list import ObservationList
 from splinebba_cli.core.revision.observation_weights import faintly_weighted
 from splinebba_cli.core.state import Prepared, State
 
+CURVE_DAMPING = 1e-3  # starting value of the Levenberg-Marquardt factor
+PATIENCE = 2
+
 
 @dataclass(frozen=True)
 class WeightedSolution:
@@ -77,14 +80,22 @@ class WeightedNetwork:
         self._assembler = assembler  # with the pattern that it has grown
         return solution
 
+    def _converged(self, factor: FloatArray, state: State) -> Solution | None:
+        """Gauss-Newton steps from the state; where these do not settle, damped ones with more patience."""
+        limit = self.prepared.network.settings.max_iterations
+        for iterations, damping in ((limit, 0.0), (PATIENCE * limit, CURVE_DAMPING)):
+            try:
+                solution = self.iterate(factor, state, iterations, damping)
+            except (FloatingPointError, np.linalg.LinAlgError):
+                continue
+            if solution.converged:
+                return solution
+        return None
+
     def solve(self, factor: FloatArray, state: State) -> WeightedSolution | None:
         """The solution with the factors (N,) of the weights; None where there is none."""
-        limit = self.prepared.network.settings.max_iterations
-        try:
-            solution = self.iterate(factor, state, limit, 0.0)
-        except (FloatingPointError, np.linalg.LinAlgError):
-            return None
-        if not solution.converged:
+        solution = self._converged(factor, state)
+        if solution is None:
             return None
         solved = ConditionedSolution(self._assembler, solution, self.conditions)
         return WeightedSolution(factor, solved, local_statistics(self.listed, factor, solved))
