@@ -138,6 +138,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--runs", type=int, default=200)
     parser.add_argument("--only", nargs="*", default=["a", "b", "c"])
+    parser.add_argument("--kinds", nargs="*", default=["six-image-mixed", "six-image"], help="blocks of (b)")
     options = parser.parse_args()
     begin = time.perf_counter()
     if "a" in options.only:
@@ -149,7 +150,7 @@ def main() -> None:
             f"power of its own test {first.power:.3f}"
         )
     if "b" in options.only:
-        for kind in ("six-image-mixed", "six-image"):
+        for kind in options.kinds:
             for share in SHARES:
                 both = shifts(share, options.runs, kind)
                 print(

@@ -8,7 +8,7 @@ import numpy as np
 
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
 from splinebba_cli.core.estimation.datum import datum_layout
-from splinebba_cli.core.estimation.gauss_markov import Observer, Solution, solve
+from splinebba_cli.core.estimation.gauss_markov import STATIONARY, Observer, Solution, solve
 from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
@@ -59,6 +59,9 @@ class WeightedNetwork:
         self.observer = observer
         self.stage = stage
         self._assembler = Assembler(prepared, layout, rows)
+        self._noise = (
+            1.0  # sigma0 of the last solution: with gross errors in it, steps are measured by what it shows
+        )
 
     def iterate(self, factor: FloatArray, state: State, iterations: int, damping: float) -> Solution:
         """At most so many iterations with the factors (N,) of the weights.
@@ -76,6 +79,7 @@ class WeightedNetwork:
             stage=self.stage,
             damping=damping,
             observer=self.observer,
+            stationary=STATIONARY * self._noise,
         )
         self._assembler = assembler  # with the pattern that it has grown
         return solution
@@ -98,4 +102,6 @@ class WeightedNetwork:
         if solution is None:
             return None
         solved = ConditionedSolution(self._assembler, solution, self.conditions)
-        return WeightedSolution(factor, solved, local_statistics(self.listed, factor, solved))
+        statistics = local_statistics(self.listed, factor, solved)
+        self._noise = max(1.0, statistics.sigma0)
+        return WeightedSolution(factor, solved, statistics)
