@@ -127,6 +127,7 @@ def revise(
     now = everything.solve(search.factor, state)
     if now is None:
         return replace(unchanged, stopped="unsolved")
+    unchanged = replace(unchanged, search=search, against=now)
     now, rounds, stopped = _searched(everything, now, policy, search)
     # variance components belong here: they change the sigma of groups, after which snooping goes on from `now`
     return _last(search, everything, now, resolve, unchanged, rounds, stopped)
@@ -163,9 +164,8 @@ def _last(
         prepared = prepare(part.network)
         again = _resolved(prepared, part.state(now.state), resolve)
         if again is None:
-            search.log.give_back(
-                np.flatnonzero(search.log.rejected()), "the network was not solved without it"
-            )
+            found = search.log.rejected() & (search.factor > 0.0)
+            search.log.give_back(np.flatnonzero(found), "the network was not solved without all of these")
             return replace(unchanged, rounds=rounds, stopped="unsolved")
         solved = again
     against = None

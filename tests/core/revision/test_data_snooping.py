@@ -10,11 +10,13 @@ import pytest
 
 from benchmarks.blunder_cases import Clean, across, clean_block, in_coordinate, largest_shift, with_policy
 from splinebba_cli.core.adjustment import adjust
-from splinebba_cli.core.network import Network, select_rows
+from splinebba_cli.core.network import FloatArray, Network, select_rows
 from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.core.revision.data_snooping import apart
 from splinebba_cli.core.revision.observation_list import ObservationList
+from splinebba_cli.core.revision.weighted_solution import WeightedNetwork, WeightedSolution
 from splinebba_cli.core.settings import LocalTesting, OutlierPolicy
+from splinebba_cli.core.state import State
 
 SNOOPING = OutlierPolicy("snooping")
 ROWS, SIZES = np.array([40, 300, 520]), np.array([25.0, -40.0, 60.0])
@@ -128,6 +130,34 @@ def test_the_number_of_rounds_stops_it_with_a_problem() -> None:
     result = adjust(with_policy(planted(), replace(SNOOPING, max_rounds=1)))
     assert result.revision.rejected == 1 == result.revision.rounds
     assert any(p.code == "SBB541" and "rounds" in p.message for p in result.problems)
+
+
+def test_where_the_last_solution_fails_all_take_part_again_and_it_is_said(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("splinebba_cli.core.revision.revise._resolved", lambda *_: None)
+    result = adjust(with_policy(planted(), SNOOPING))
+    assert result.revision.rejected == 0 < len(result.revision.rejections)
+    assert all("not solved" in each.reason for each in result.revision.rejections)
+    assert result.statistics.redundancy == clean().result.statistics.redundancy
+    assert any(p.code == "SBB543" for p in result.problems)
+
+
+def test_what_the_network_cannot_do_without_is_kept_and_not_tried_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    solve = WeightedNetwork.solve
+
+    def stubborn(self: WeightedNetwork, factor: FloatArray, state: State) -> WeightedSolution | None:
+        lost = factor[len(planted().point_observations) + ROWS[2]] == 0.0
+        return None if lost else solve(self, factor, state)
+
+    monkeypatch.setattr(WeightedNetwork, "solve", stubborn)
+    log = adjust(with_policy(planted(), SNOOPING)).revision.rejections
+    tries = [each for each in log if each.row == ROWS[2]]
+    assert len(tries) == 1
+    assert tries[0].returned and "could not be solved without it" in tries[0].reason
+    assert {int(row) for row in ROWS[:2]} <= {each.row for each in log if not each.returned}
 
 
 def test_several_at_once_are_of_different_images_and_features() -> None:
