@@ -138,6 +138,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--runs", type=int, default=200)
     parser.add_argument("--only", nargs="*", default=["a", "b", "c"])
+    parser.add_argument("--shares", nargs="*", type=float, default=SHARES, help="shares of errors of (b)")
     parser.add_argument("--kinds", nargs="*", default=["six-image-mixed", "six-image"], help="blocks of (b)")
     options = parser.parse_args()
     begin = time.perf_counter()
@@ -151,7 +152,7 @@ def main() -> None:
         )
     if "b" in options.only:
         for kind in options.kinds:
-            for share in SHARES:
+            for share in options.shares:
                 both = shifts(share, options.runs, kind)
                 print(
                     f"(b) {kind}, {100 * share:.0f} % errors: within 3 σ in {both.within:.3f} of {options.runs} runs "
