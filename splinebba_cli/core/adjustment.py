@@ -11,7 +11,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from splinebba_cli.core.approximation.control_network import control_network, known_curves, points_only
+from splinebba_cli.core.approximation.control_network import (
+    POINTS_NEEDED,
+    control_network,
+    control_orients,
+    points_only,
+)
 from splinebba_cli.core.approximation.curve_refinement import calmed, refine_curves
 from splinebba_cli.core.approximation.starting_values import starting_state
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution, solve_with_conditions
@@ -31,8 +36,6 @@ from splinebba_cli.core.state import Prepared, State, initial_coefficients, prep
 from splinebba_cli.errors import NotConvergedError, SingularNetworkError
 
 CURVE_DAMPING = 1e-3  # starting value where curves are adjusted
-POINTS_NEEDED = 3
-CONTROL_POINTS_NEEDED = 7  # measured points of control splines in every image: one more than its unknowns
 CALMING_ROUNDS = 4
 PATIENCE = 4  # times the iterations for the last attempt
 REFINEMENT_ROUNDS = 2
@@ -114,12 +117,8 @@ def _oriented_by_control(prepared: Prepared, state: State, record: Observer) -> 
 
     A tie spline whose approximate shape is as wrong as the orientations would only hold them where they are.
     """
-    network, known = prepared.network, known_curves(prepared.network)
-    free = (network.images.prior_sigma != 0.0).any(axis=1)
-    seen = np.bincount(
-        network.curve_observations.image[known[network.curve_observations.curve]], minlength=len(free)
-    )
-    if known.all() or not free.any() or (seen[free] < CONTROL_POINTS_NEEDED).any():
+    network = prepared.network
+    if not control_orients(network):
         return state
     part, rows = control_network(network)
     alone = prepare(part)

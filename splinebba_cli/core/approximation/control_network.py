@@ -8,6 +8,9 @@ import numpy as np
 
 from splinebba_cli.core.network import ArcLengths, BoolArray, CurveObservations, IntArray, Network, Tangents
 
+POINTS_NEEDED = 3
+CONTROL_POINTS_NEEDED = 7  # measured points of control splines in every image: one more than its unknowns
+
 
 def known_curves(network: Network) -> BoolArray:
     """Which curves have all their values held, (nc,)."""
@@ -59,6 +62,16 @@ def control_network(network: Network) -> tuple[Network, IntArray]:
         ),
         rows,
     )
+
+
+def control_orients(network: Network) -> bool:
+    """Whether control splines alone see enough of every free image, and there is something that they do not know."""
+    known = known_curves(network)
+    free = (network.images.prior_sigma != 0.0).any(axis=1)
+    seen = np.bincount(
+        network.curve_observations.image[known[network.curve_observations.curve]], minlength=len(free)
+    )
+    return bool(not known.all() and free.any() and (seen[free] >= CONTROL_POINTS_NEEDED).all())
 
 
 def points_only(network: Network) -> Network:

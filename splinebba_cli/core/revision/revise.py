@@ -23,6 +23,7 @@ from splinebba_cli.core.revision.observation_list import ObservationList
 from splinebba_cli.core.revision.observation_weights import Reduced, reduced
 from splinebba_cli.core.revision.revision_log import RevisionLog
 from splinebba_cli.core.revision.reweighting import reweight
+from splinebba_cli.core.revision.robust_orientation import robust_orientation
 from splinebba_cli.core.revision.weighted_solution import WeightedNetwork, WeightedSolution
 from splinebba_cli.core.settings import OutlierPolicy
 from splinebba_cli.core.state import Prepared, State, prepare
@@ -80,6 +81,7 @@ def robust_start(
 ) -> tuple[Search, Prepared, State]:
     """The search without what a high-breakdown start finds, and the state that it reaches."""
     full = prepare(search.network)
+    state = robust_orientation(search.part.network, state, observer)
     everything = expanded(state, search.part, len(search.network.curve_observations))
     found = high_breakdown_start(full, everything, search.factor, search.log, observer)
     if not search.log.entries:
