@@ -106,6 +106,11 @@ ERROR_CODES: dict[str, str] = {
     "SBB550": "residuals drift with the order of the images",
     "SBB551": "residuals agree in parts of the image format",
     "SBB552": "σ of a group not estimated",
+    "SBB540": "observations were rejected",
+    "SBB541": "the search for outliers stopped early",
+    "SBB542": "the weights did not settle",
+    "SBB543": "no solution without the outliers",
+    "SBB544": "observations excluded by the user",
     # 6xx: output
     "SBB601": "results cannot be written",
     "SBB602": "not a result folder",

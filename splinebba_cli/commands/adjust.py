@@ -23,6 +23,7 @@ from splinebba_cli.commands.options import (
     CheckFormat,
     CheckFormatOption,
     DispersionChoice,
+    OutlierChoice,
     ProjectArgument,
     QuietOption,
     TableChoice,
@@ -48,6 +49,10 @@ def adjust(
     tables: Annotated[
         TableChoice, typer.Option("--tables", help="Format of the result tables.")
     ] = TableChoice.csv,
+    outliers: Annotated[
+        OutlierChoice | None,
+        typer.Option("--outliers", help="What is done with gross errors; default: as the project says."),
+    ] = None,
     html: Annotated[bool, typer.Option("--html/--no-html", help="Whether report.html is written.")] = True,
     junit: Annotated[
         Path | None,
@@ -66,10 +71,13 @@ def adjust(
         from splinebba_cli.project.acceptance import assess, violations
         from splinebba_cli.project.adjusted import adjusted_project
         from splinebba_cli.project.loading import load_project
+        from splinebba_cli.project.overrides import with_outliers
         from splinebba_cli.report.build import write_reports
 
         start = time.perf_counter()
         loaded = load_project(project)
+        if outliers is not None:
+            loaded = with_outliers(loaded, outliers.value)
         log.warnings(loaded.diagnostics)
         read = time.perf_counter()
         full = dispersion is DispersionChoice.full

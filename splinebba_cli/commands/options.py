@@ -39,6 +39,17 @@ class TableChoice(StrEnum):
     parquet = "parquet"
 
 
+class OutlierChoice(StrEnum):
+    """What is done with gross errors."""
+
+    none = "none"
+    snooping = "snooping"
+    huber = "huber"
+    cauchy = "cauchy"
+    tukey = "tukey"
+    danish = "danish"
+
+
 class ReportChoice(StrEnum):
     """Format of a report."""
 

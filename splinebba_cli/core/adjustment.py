@@ -11,15 +11,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from splinebba_cli.core.approximation.control_network import control_network, known_curves
+from splinebba_cli.core.approximation.control_network import (
+    POINTS_NEEDED,
+    control_network,
+    control_orients,
+    points_only,
+)
 from splinebba_cli.core.approximation.curve_refinement import calmed, refine_curves
 from splinebba_cli.core.approximation.starting_values import starting_state
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution, solve_with_conditions
-from splinebba_cli.core.estimation.datum import minimal_datum
+from splinebba_cli.core.estimation.datum import datum_layout
 from splinebba_cli.core.estimation.gauss_markov import Observer
 from splinebba_cli.core.estimation.normal_equations import Assembler
-from splinebba_cli.core.estimation.parameters import ParameterLayout, layout_of
-from splinebba_cli.core.network import ArcLengths, CurveObservations, KnotPolicy, Network, Tangents
+from splinebba_cli.core.network import KnotPolicy, Network
 from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
 from splinebba_cli.core.observations.shape_conditions import control_rows
 from splinebba_cli.core.observations.structural_locations import structural_state
@@ -27,13 +31,13 @@ from splinebba_cli.core.quality.determinacy import require_determined, require_r
 from splinebba_cli.core.quality.evaluation import Adjusted, evaluate
 from splinebba_cli.core.quality.inner_datum import fitted_state
 from splinebba_cli.core.result import AdjustmentResult, Iteration, Problem
-from splinebba_cli.core.revision.variance_components import estimate_weights
+from splinebba_cli.core.revision.restoration import restored
+from splinebba_cli.core.revision.revise import begin_search, robust_start
+from splinebba_cli.core.revision.search_and_weights import searched_and_weighted
 from splinebba_cli.core.state import Prepared, State, initial_coefficients, prepare
 from splinebba_cli.errors import NotConvergedError, SingularNetworkError
 
 CURVE_DAMPING = 1e-3  # starting value where curves are adjusted
-POINTS_NEEDED = 3
-CONTROL_POINTS_NEEDED = 7  # measured points of control splines in every image: one more than its unknowns
 CALMING_ROUNDS = 4
 PATIENCE = 4  # times the iterations for the last attempt
 REFINEMENT_ROUNDS = 2
@@ -65,20 +69,25 @@ def adjust(
         if observer:
             observer(iteration)
 
-    prepared = prepare(network)
+    def resolve(prepared: Prepared, state: State) -> ConditionedSolution:
+        return _solve(prepared, state, record, "joint", select=True)
+
+    search = begin_search(network)
+    prepared = prepare(search.part.network)
     start, problems = starting_state(prepared)
-    started = time.perf_counter()
-    prepared, state = _staged(prepared, start, record)
+    state, started = start, time.perf_counter()
+    if network.settings.outliers.start == "high_breakdown":
+        search, prepared, state = robust_start(search, prepared, state, record)
+    prepared, state = _staged(prepared, state, record)
     prepared, solved = _final(prepared, state, record)
-    weighted = estimate_weights(
-        prepared, solved, lambda other, at: _solve(other, at, record, "weights", select=True)
-    )
-    prepared, solved = weighted.prepared, weighted.solved
+    found = searched_and_weighted(search, prepared, solved, resolve, record)
+    revised = found.revised
+    prepared, solved = revised.prepared, revised.solved
     if network.settings.datum == "inner":
         solved = _with_inner_datum(prepared, solved, start, record)
     solution_end = time.perf_counter()
-    adjusted = Adjusted(prepared, solved, (*problems, *weighted.problems), tuple(log), weighted.weights)
-    result = evaluate(adjusted, full_dispersion=full_dispersion)
+    adjusted = Adjusted(prepared, solved, (*problems, *found.problems), tuple(log), found.weights)
+    result = restored(evaluate(adjusted, full_dispersion=full_dispersion), revised)
     timings = {
         "approximation_s": started - begin,
         "estimation_s": solution_end - started,
@@ -114,12 +123,8 @@ def _oriented_by_control(prepared: Prepared, state: State, record: Observer) -> 
 
     A tie spline whose approximate shape is as wrong as the orientations would only hold them where they are.
     """
-    network, known = prepared.network, known_curves(prepared.network)
-    free = (network.images.prior_sigma != 0.0).any(axis=1)
-    seen = np.bincount(
-        network.curve_observations.image[known[network.curve_observations.curve]], minlength=len(free)
-    )
-    if known.all() or not free.any() or (seen[free] < CONTROL_POINTS_NEEDED).any():
+    network = prepared.network
+    if not control_orients(network):
         return state
     part, rows = control_network(network)
     alone = prepare(part)
@@ -134,25 +139,12 @@ def _oriented_by_control(prepared: Prepared, state: State, record: Observer) -> 
     return replace(state, rotation=after.rotation, position=after.position)
 
 
-def points_only(network: Network) -> Network:
-    """The network without its curves."""
-    none = np.zeros(0, dtype=np.int64)
-    empty = CurveObservations(none, none, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), none)
-    return replace(
-        network,
-        curves=(),
-        curve_observations=empty,
-        arc_lengths=ArcLengths.none(),
-        tangents=Tangents.none(),
-    )
-
-
 def _solve(
     prepared: Prepared, state: State, record: Observer, stage: str, *, select: bool = False, patience: int = 1
 ) -> ConditionedSolution:
     """Solve one stage; knots that the program spaces itself keep all their conditions."""
     settings = prepared.network.settings
-    layout = _layout(prepared, state)
+    layout = datum_layout(prepared, state)
     control = control_rows(prepared, layout.coefficient_mask)
     gauge = gauge_rows(prepared, layout.coefficient_mask, settings.gauge_sigma_m)
     return solve_with_conditions(
@@ -160,13 +152,6 @@ def _solve(
         max_iterations=patience * settings.max_iterations, stage=stage, damping=CURVE_DAMPING if len(gauge) else 0.0,
         observer=record, select=select and settings.gauge_conditions == "needed" and settings.knots.spacing_m is None,
     )  # fmt: skip
-
-
-def _layout(prepared: Prepared, state: State) -> ParameterLayout:
-    layout = layout_of(prepared)
-    if prepared.network.settings.datum != "control":
-        layout = minimal_datum(prepared, layout, state)
-    return layout
 
 
 def _final(prepared: Prepared, state: State, record: Observer) -> tuple[Prepared, ConditionedSolution]:
@@ -198,7 +183,7 @@ def _with_inner_datum(
 
 def _require_rank(prepared: Prepared, state: State) -> None:
     """Refuse at the start what no iteration can solve."""
-    layout = _layout(prepared, state)
+    layout = datum_layout(prepared, state)
     rows = [
         control_rows(prepared, layout.coefficient_mask),
         gauge_rows(prepared, layout.coefficient_mask, prepared.network.settings.gauge_sigma_m),

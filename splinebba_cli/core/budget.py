@@ -32,6 +32,7 @@ from splinebba_cli.core.quality.dissertation_count import (
 from splinebba_cli.core.quality.null_problems import null_problems
 from splinebba_cli.core.quality.rank_contributions import FeatureRank, curve_ranks, image_ranks, point_ranks
 from splinebba_cli.core.result import Problem
+from splinebba_cli.core.revision.revise import begin_search
 from splinebba_cli.core.state import Prepared, prepare
 from splinebba_cli.errors import SingularNetworkError
 
@@ -111,6 +112,7 @@ def budget(network: Network) -> Budget:
     NotSolvableError
         If there are no approximate values to count at, or they put features behind the images.
     """
+    network = begin_search(network).part.network
     prepared = prepare(network)
     state, problems = starting_state(prepared)
     try:

@@ -104,6 +104,7 @@ class Revision:
     curve_weights: FloatArray | None = None
     arc_weights: FloatArray | None = None
     tangent_weights: FloatArray | None = None
+    distance_weights: FloatArray | None = None
 
     @property
     def rejected(self) -> int:

@@ -8,8 +8,8 @@ A standard deviation of 0 means *fixed* (the unknown is removed), infinity means
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,6 +118,7 @@ class CurveObservations:
     segment: IntArray  # (n,) segment to which u is restricted, -1 where it is not
     group: IntArray | None = None  # (n,) index into group_names, None: one group
     group_names: tuple[str, ...] = ()
+    excluded: BoolArray | None = None  # (n,) rows that the user has taken out, None: none
 
     def __len__(self) -> int:
         return len(self.image)
@@ -133,6 +134,7 @@ class PointObservations:
     sigma: FloatArray  # (n, 2) mm
     group: IntArray | None = None  # (n,) index into group_names, None: one group
     group_names: tuple[str, ...] = ()
+    excluded: BoolArray | None = None  # (n,) rows that the user has taken out, None: none
 
     def __len__(self) -> int:
         return len(self.image)
@@ -152,6 +154,7 @@ class ArcLengths:
     simpson: BoolArray  # (q,) one Simpson step (Lee 3.38), else Gauss-Legendre, split at joints
     group: IntArray | None = None  # (q,) index into group_names, None: one group
     group_names: tuple[str, ...] = ()
+    excluded: BoolArray | None = None  # (q,) rows that the user has taken out, None: none
 
     def __len__(self) -> int:
         return len(self.first)
@@ -172,6 +175,7 @@ class Tangents:
     directed: BoolArray  # (q,) has the sense of ascending locations; else known up to half a turn
     group: IntArray | None = None  # (q,) index into group_names, None: one group
     group_names: tuple[str, ...] = ()
+    excluded: BoolArray | None = None  # (q,) rows that the user has taken out, None: none
 
     def __len__(self) -> int:
         return len(self.point)
@@ -192,6 +196,7 @@ class Distances:
     sigma: FloatArray  # (q,) metres
     group: IntArray | None = None  # (q,) index into group_names, None: one group
     group_names: tuple[str, ...] = ()
+    excluded: BoolArray | None = None  # (q,) taken out by the user, None: none is
 
     def __len__(self) -> int:
         return len(self.length)
@@ -209,6 +214,19 @@ class DatumFeatures:
     points: tuple[str, ...] | None = None
     images: tuple[str, ...] | None = ()
     curves: tuple[str, ...] | None = ()
+
+
+Observed = TypeVar("Observed", PointObservations, CurveObservations, ArcLengths, Tangents, Distances)
+
+
+def select_rows(observed: Observed, rows: IntArray) -> Observed:
+    """Some observations of one kind: all its arrays that have one entry an observation."""
+    arrays: dict[str, Any] = {
+        each.name: value[rows]
+        for each in fields(observed)
+        if isinstance(value := getattr(observed, each.name), np.ndarray)
+    }
+    return replace(observed, **arrays)
 
 
 def _no_indices() -> IntArray:

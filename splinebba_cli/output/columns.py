@@ -8,9 +8,10 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
+from itertools import compress
 from operator import itemgetter
 from pathlib import Path
 from typing import Any, Literal, TextIO
@@ -134,6 +135,13 @@ class ReadTable(Mapping[str, list[str]]):
     def rows(self) -> int:
         """Number of rows."""
         return len(next(iter(self._columns.values()), []))
+
+    def where(self, name: str, keep: Callable[[str], bool]) -> ReadTable:
+        """The rows whose field of a column is wanted; all where the table has no such column."""
+        if name not in self._columns or all(map(keep, set(self._columns[name]))):
+            return self
+        wanted = [keep(field) for field in self._columns[name]]
+        return ReadTable({key: list(compress(column, wanted)) for key, column in self._columns.items()})
 
     def numbers(self, name: str) -> NDArray[np.float64]:
         """A column as floats, NaN where empty; all NaN where the table has no such column."""

@@ -10,19 +10,36 @@ The along-curve part of an image point on a spline is taken up by its own locati
 
 from __future__ import annotations
 
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
 
-from splinebba_cli.core.network import CurveObservations, FloatArray, IntArray, PointObservations
+from splinebba_cli.core.evidence import ObservationKind
+from splinebba_cli.core.network import (
+    CurveObservations,
+    FloatArray,
+    IntArray,
+    PointObservations,
+    select_rows,
+)
 from splinebba_cli.core.result import AdjustmentResult, PriorResidual
+from splinebba_cli.output.revision_tables import weights_of
 from splinebba_cli.output.tables import ANGLES
 
 Summary = dict[str, Any]
+_TABLES: tuple[tuple[ObservationKind, str, str], ...] = (
+    ("point", "point_observations", "point_residuals"),
+    ("spline", "curve_observations", "curve_residuals"),
+    ("arc length", "arc_lengths", "arc_residuals"),
+    ("tangent", "tangents", "tangent_residuals"),
+    ("distance", "distances", "distance_residuals"),
+)  # and the attributes of a network and a result
 
 
 def residual_summary(result: AdjustmentResult) -> Summary:
     """The ``residuals`` part of result.json: mm in the photo, and px where a pixel size is known."""
+    result = taking_part(result)
     pixel = _pixel_sizes(result)
     points, curves = result.network.point_observations, result.network.curve_observations
     point_v, across = result.point_residuals.residual, result.curve_residuals.across[:, None]
@@ -53,6 +70,23 @@ def residual_summary(result: AdjustmentResult) -> Summary:
             for curve, summary in zip(result.network.curves, by_curve, strict=True)
         ],
     }
+
+
+def taking_part(result: AdjustmentResult) -> AdjustmentResult:
+    """The result without the residuals of observations that are out: they are predictions, not residuals."""
+    network, changes = result.network, {}
+    observed: dict[str, Any] = {}
+    for kind, group, table in _TABLES:
+        weight = weights_of(result, kind)
+        if (weight > 0.0).all():
+            continue
+        rows = np.flatnonzero(weight > 0.0)
+        residuals = getattr(result, table)
+        changes[table] = replace(
+            residuals, **{each.name: getattr(residuals, each.name)[rows] for each in fields(residuals)}
+        )
+        observed[group] = select_rows(getattr(network, group), rows)
+    return replace(result, network=replace(network, **observed), **changes)
 
 
 def _pixel_sizes(result: AdjustmentResult) -> FloatArray:

@@ -35,6 +35,7 @@ _OWN_TABLES = frozenset(
         "prior_residuals",
         "group_tests",
         "systematic_effects",
+        "rejections",
     }
 )
 

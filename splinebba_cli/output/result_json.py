@@ -19,6 +19,7 @@ from splinebba_cli.output.json_text import finite, json_text
 from splinebba_cli.output.local_tests import local_tests_part
 from splinebba_cli.output.model_evidence_json import model_evidence
 from splinebba_cli.output.residual_summary import residual_summary
+from splinebba_cli.output.revision_json import revision_to_dict
 from splinebba_cli.output.tables import EOP_NAMES
 
 RESULT_FORMAT = "splinebba-result/1"
@@ -70,6 +71,7 @@ def result_to_dict(result: AdjustmentResult, provenance: dict[str, Any] | None =
         "residuals": residual_summary(result),
         "tests": local_tests_part(result),
         **model_evidence(result.evidence),
+        "revision": revision_to_dict(result),
         "convergence": [
             {"stage": i.stage, "iteration": i.number, "cost": i.cost, "step": i.step, "damping": i.damping}
             for i in result.iterations

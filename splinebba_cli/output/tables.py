@@ -15,6 +15,7 @@ from splinebba_cli.core.result import AdjustmentResult, ScalarResiduals
 from splinebba_cli.output.columns import Column, Table
 from splinebba_cli.output.ellipse_table import error_ellipse_tables
 from splinebba_cli.output.model_evidence_tables import model_evidence_tables
+from splinebba_cli.output.revision_tables import rejections_tables, revision_columns
 
 _PHOTO = "%.7f"  # mm: a tenth of a nanometre
 _RATIO = "%.6f"
@@ -36,6 +37,7 @@ def all_tables(result: AdjustmentResult) -> tuple[Table, ...]:
         *linked_residuals_tables(result),
         prior_residuals_table(result),
         *model_evidence_tables(result),
+        *rejections_tables(result),
     )
 
 
@@ -175,6 +177,7 @@ def residuals_table(result: AdjustmentResult) -> Table:
         columns.append(Column(f"{name}_across", _only(values[:, 0], slice(n, None)), _RATIO))
     columns += _reliability_columns(result)
     columns += [Column(f"normal_{axis}", normal[:, i], _RATIO) for i, axis in enumerate("xy")]
+    columns += revision_columns(result, "point", "spline")
     return Table("residuals", tuple(columns))
 
 
@@ -210,6 +213,7 @@ def linked_residuals_tables(result: AdjustmentResult) -> tuple[Table, ...]:
         ]
         columns += [Column("measured_mm", arcs.length, _PHOTO), Column("sigma_mm", arcs.sigma, _PHOTO)]
         columns += _scalar_columns(result.arc_residuals, "mm", 1.0, _PHOTO)
+        columns += revision_columns(result, "arc length")
         columns.append(Column("method", ["simpson" if s else "gauss-legendre" for s in arcs.simpson]))
         found.append(Table("arc_residuals", tuple(columns)))
     if len(tangents):
@@ -220,6 +224,7 @@ def linked_residuals_tables(result: AdjustmentResult) -> tuple[Table, ...]:
             Column("sigma_deg", factor * tangents.sigma, _ANGLE),
         ]
         columns += _scalar_columns(result.tangent_residuals, "deg", factor, _ANGLE)
+        columns += revision_columns(result, "tangent")
         columns.append(Column("directed", ["true" if s else "false" for s in tangents.directed]))
         found.append(Table("tangent_residuals", tuple(columns)))
     if len(network.distances):
@@ -238,6 +243,7 @@ def _distances_table(result: AdjustmentResult) -> Table:
     columns.append(Column("between", ["images" if image else "points" for image in given.is_image[:, 0]]))
     columns += [Column("measured_m", given.length), Column("sigma_m", given.sigma)]
     columns += _scalar_columns(result.distance_residuals, "m", 1.0, "%.9g")
+    columns += revision_columns(result, "distance")
     return Table("distance_residuals", tuple(columns))
 
 

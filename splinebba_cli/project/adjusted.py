@@ -22,10 +22,12 @@ from splinebba_cli.core.revision.group_weights import with_given_sigma
 from splinebba_cli.project.build_curves import position_rows
 from splinebba_cli.project.loading import LoadedProject
 from splinebba_cli.project.network_tables import curve_tables, images_table, points_table
+from splinebba_cli.project.observation_marks import marked_tables
 from splinebba_cli.project.writer import spline_entry
 from splinebba_cli.project.yaml_writing import project_yaml
 
 PREFIX = "adjusted_"
+LOCATED: frozenset[str] = frozenset({"location", "segment"})  # columns that belong to the knots
 
 
 def adjusted_project(
@@ -71,8 +73,19 @@ def adjusted_project(
     if network.points.ids:
         files[f"{PREFIX}points.csv"] = points_table(network)
         data["points"] = {"table": f"{PREFIX}points.csv"}
-    data["observations"] = _observations(written.get("observations", {}), loaded, network, directory)
+    of_old_knots = LOCATED if _knots_changed(loaded.network, network) else frozenset()
+    marked = marked_tables(loaded, result, of_old_knots)
+    files |= {_marked_name(*group): text for group, text in marked.items()}
+    data["observations"] = _observations(
+        written.get("observations", {}), loaded, network, directory, set(marked)
+    )
     data["adjustment"] = {**written.get("adjustment", {}), "staged": False}
+    if (
+        "outliers" in data["adjustment"]
+    ):  # approximate values are final, and what a robust start found is marked
+        data["adjustment"]["outliers"] = {
+            k: v for k, v in data["adjustment"]["outliers"].items() if k != "start"
+        }
     if data["adjustment"].pop("knots", None) is not None:
         data["adjustment"]["gauge_conditions"] = "all"  # as where the program spaces the knots
     for section in ("acceptance", "simulation"):
@@ -119,22 +132,34 @@ def _adjusted_curve(curve: Curve, found: CurveResult, origin: FloatArray) -> Cur
 
 
 def _observations(
-    written: dict[str, Any], loaded: LoadedProject, network: Network, directory: Path | None
+    written: dict[str, Any],
+    loaded: LoadedProject,
+    network: Network,
+    directory: Path | None,
+    marked: set[tuple[str, int]],
 ) -> dict[str, Any]:
-    """The groups of observations, their tables as seen from the result folder."""
+    """The groups of observations, their tables as seen from the result folder; `marked` ones have a new table."""
     moved: dict[str, Any] = {}
     changed = _knots_changed(loaded.network, network)
     for kind, groups in written.items():
         moved[kind] = []
-        for group in groups:
+        for number, group in enumerate(groups):
             group = dict(group)
-            if group.get("table"):
+            if (kind, number) in marked:
+                for option in ("data", "columns", "header", "delimiter"):
+                    group.pop(option, None)
+                group["table"] = _marked_name(kind, number)
+            elif group.get("table"):
                 table = (loaded.path.parent / group["table"]).resolve()
                 group["table"] = str(table) if directory is None else _relative(table, directory)
             if changed and kind == "spline_points":
                 group = _without_locations(group)
             moved[kind].append(group)
     return moved
+
+
+def _marked_name(kind: str, number: int) -> str:
+    return f"{PREFIX}{kind}_{number + 1}.csv"
 
 
 def _relative(table: Path, directory: Path) -> str:
@@ -152,7 +177,7 @@ def _without_locations(group: dict[str, Any]) -> dict[str, Any]:
     """Approximate locations and segments belong to the knots that were; without them they are found anew."""
     columns = group.get("columns")
     if isinstance(columns, list):
-        return {**group, "columns": ["-" if name in ("location", "segment") else name for name in columns]}
+        return {**group, "columns": ["-" if name in LOCATED else name for name in columns]}
     if isinstance(columns, dict):
-        return {**group, "columns": {k: v for k, v in columns.items() if k not in ("location", "segment")}}
+        return {**group, "columns": {k: v for k, v in columns.items() if k not in LOCATED}}
     return group

@@ -14,7 +14,7 @@ from splinebba_cli.project.table_reader import Wanted
 from splinebba_cli.project.tables import Table
 from splinebba_cli.project.yaml_source import YamlPath
 
-_WANTED = Wanted(("from", "to", "length"), ("sigma_m",))
+DISTANCE_COLUMNS = Wanted(("from", "to", "length"), ("sigma_m", "use"))
 
 
 def read_distances(
@@ -24,7 +24,7 @@ def read_distances(
     parts, names = [], []
     for number, group in enumerate(building.model.observations.distances):
         path: YamlPath = ("observations", "distances", number)
-        table = building.reader.read(group, path, _WANTED)
+        table = building.reader.read(group, path, DISTANCE_COLUMNS)
         if table is None:
             continue
         between_images = group.between == "images"
@@ -34,12 +34,14 @@ def read_distances(
         length = table.numbers("length")
         _check(table, ends, building)
         sigma = sigma_column(group.sigma_m, table, "sigma_m", path, building)
-        parts.append((np.stack(ends, axis=1), np.full((table.rows, 2), between_images), length, sigma))
+        of_images = np.full((table.rows, 2), between_images)
+        parts.append((np.stack(ends, axis=1), of_images, length, sigma, table.excluded()))
         names.append(group.name or group.table or f"distances[{number}]")
     if not parts:
         return Distances.none()
-    station, is_image, length, sigma = (np.concatenate(column) for column in zip(*parts, strict=True))
-    return Distances(station, is_image, length, sigma, group_numbers(parts), tuple(names))
+    station, is_image, length, sigma, out = (np.concatenate(column) for column in zip(*parts, strict=True))
+    excluded = out if out.any() else None
+    return Distances(station, is_image, length, sigma, group_numbers(parts), tuple(names), excluded)
 
 
 def _numbers(

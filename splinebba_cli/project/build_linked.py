@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from splinebba_cli.core.network import ArcLengths, FloatArray, IntArray, Tangents
+from splinebba_cli.core.network import ArcLengths, BoolArray, FloatArray, IntArray, Tangents
 from splinebba_cli.project.build_cameras import PhotoFrame
 from splinebba_cli.project.build_context import Building
 from splinebba_cli.project.build_curves import CurveRows
@@ -22,8 +22,8 @@ from splinebba_cli.project.yaml_source import YamlPath
 
 _UNITS = ("px", "um", "mm")
 _SIGMAS = tuple(f"sigma_{unit}" for unit in _UNITS)
-_ARCS = Wanted(("image", "spline", "from", "to", "length"), _SIGMAS)
-_TANGENTS = Wanted(("image", "spline", "at", "direction"), ("sigma",))
+ARC_COLUMNS = Wanted(("image", "spline", "from", "to", "length"), (*_SIGMAS, "use"))
+TANGENT_COLUMNS = Wanted(("image", "spline", "at", "direction"), ("sigma", "use"))
 _PIXELS = ("pixel_corner", "pixel_centre", "pixel_one")
 
 Key = tuple[str, str, str]  # image, spline, mark
@@ -94,7 +94,7 @@ def read_arc_lengths(
     parts, names, tables = [], [], []
     for number, group in enumerate(building.model.observations.arc_lengths):
         path: YamlPath = ("observations", "arc_lengths", number)
-        table = building.reader.read(group, path, _ARCS)
+        table = building.reader.read(group, path, ARC_COLUMNS)
         if table is None:
             continue
         first, second = marks.points(table, "from"), marks.points(table, "to")
@@ -114,7 +114,7 @@ def read_arc_lengths(
     kept[kept] = renumbered[first[kept]] >= 0
     return ArcLengths(
         renumbered[first[kept]], renumbered[second[kept]], length[kept], sigma[kept], simpson[kept],
-        group_numbers(parts)[kept], tuple(names),
+        group_numbers(parts)[kept], tuple(names), _excluded(tables, kept),
     )  # fmt: skip
 
 
@@ -125,7 +125,7 @@ def read_tangents(
     parts, names, tables = [], [], []
     for number, group in enumerate(building.model.observations.tangents):
         path: YamlPath = ("observations", "tangents", number)
-        table = building.reader.read(group, path, _TANGENTS)
+        table = building.reader.read(group, path, TANGENT_COLUMNS)
         if table is None:
             continue
         unit = group.angle_unit or building.model.project.angle_unit
@@ -152,8 +152,14 @@ def read_tangents(
     kept[kept] = renumbered[point[kept]] >= 0
     return Tangents(
         renumbered[point[kept]], direction[kept], sigma[kept], directed[kept], group_numbers(parts)[kept],
-        tuple(names),
+        tuple(names), _excluded(tables, kept),
     )  # fmt: skip
+
+
+def _excluded(tables: Sequence[Table], kept: BoolArray) -> BoolArray | None:
+    """Which of the kept rows of all tables the user has taken out; None where none is."""
+    found = np.concatenate([table.excluded() for table in tables])[kept]
+    return found if found.any() else None
 
 
 def _place(tables: Sequence[Table], row: int, column: str) -> Place:

@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from splinebba_cli.core.network import CurveObservations, FloatArray, IntArray, PointObservations
+from splinebba_cli.core.network import BoolArray, CurveObservations, FloatArray, IntArray, PointObservations
 from splinebba_cli.project.build_cameras import PhotoFrame
 from splinebba_cli.project.build_context import Building, stacked
 from splinebba_cli.project.build_images import ImageRows
 from splinebba_cli.project.diagnostics import Place
-from splinebba_cli.project.model_observations import ObservationGroup, PointGroup
+from splinebba_cli.project.model_observations import ObservationGroup
 from splinebba_cli.project.table_reader import Wanted
 from splinebba_cli.project.tables import Table
 from splinebba_cli.project.yaml_source import YamlPath
@@ -20,6 +20,12 @@ from splinebba_cli.project.yaml_source import YamlPath
 UNITS = ("px", "um", "mm")
 _SIGMAS = tuple(f"sigma_{unit}" for unit in UNITS)
 _SIGMAS_XY = tuple(f"sigma_{axis}_{unit}" for unit in UNITS for axis in "xy")
+POINT_COLUMNS = Wanted(("image", "point", "x", "y"), (*_SIGMAS, *_SIGMAS_XY, "use"), {"id": "point"})
+SPLINE_COLUMNS = Wanted(
+    ("image", "spline", "x", "y"),
+    (*_SIGMAS, *_SIGMAS_XY, "location", "segment", "mark", "use"),
+    {"id": "spline"},
+)
 
 
 @dataclass
@@ -34,6 +40,7 @@ class GroupRows:
     sigma: FloatArray  # (n, 2) mm
     location: FloatArray  # (n,) NaN where unknown
     segment: IntArray  # (n,) -1 where unknown
+    excluded: BoolArray  # (n,) taken out by the user
 
 
 @dataclass
@@ -52,6 +59,12 @@ class ObservationRows:
     def feature(self) -> IntArray:
         """Point or curve of every observation, (n,)."""
         return _joined([group.feature for group in self.groups])
+
+    @property
+    def excluded(self) -> BoolArray:
+        """Which observations the user has taken out, (n,)."""
+        parts = [group.excluded for group in self.groups]
+        return np.concatenate(parts) if parts else np.zeros(0, dtype=bool)
 
     def place(self, row: int, column: str) -> Place:
         """Where an observation stands."""
@@ -90,9 +103,7 @@ def _read_group(
     features: dict[str, int],
     frames: list[PhotoFrame],
 ) -> GroupRows | None:
-    extra = () if isinstance(group, PointGroup) else ("location", "segment", "mark")
-    wanted = Wanted(("image", kind, "x", "y"), (*_SIGMAS, *_SIGMAS_XY, *extra), {"id": kind})
-    table = building.reader.read(group, path, wanted)
+    table = building.reader.read(group, path, POINT_COLUMNS if kind == "point" else SPLINE_COLUMNS)
     if table is None:
         return None
     image = building.indices("image", table, "image", images.index())
@@ -113,6 +124,7 @@ def _read_group(
         segment=table.integers("segment")
         if table.has("segment")
         else np.full(table.rows, -1, dtype=np.int64),
+        excluded=table.excluded(),
     )
     _check_inside(measured, camera, group, table, building, frames)
     return rows
@@ -228,15 +240,16 @@ def as_point_observations(rows: ObservationRows, renumbered: IntArray) -> PointO
     """Observations of points for the core; `renumbered` maps points to those kept, -1 for those left out."""
     joined = _joined_rows(rows, renumbered)
     return PointObservations(
-        joined.image, joined.feature, joined.photo_xy, joined.sigma, joined.group, joined.group_names
-    )
+        joined.image, joined.feature, joined.photo_xy, joined.sigma, joined.group, joined.group_names,
+        joined.excluded,
+    )  # fmt: skip
 
 
 def as_curve_observations(rows: ObservationRows, renumbered: IntArray) -> CurveObservations:
     """Observations on curves for the core; `renumbered` as for points."""
     j = _joined_rows(rows, renumbered)
     return CurveObservations(
-        j.image, j.feature, j.photo_xy, j.sigma, j.location, j.segment, j.group, j.group_names
+        j.image, j.feature, j.photo_xy, j.sigma, j.location, j.segment, j.group, j.group_names, j.excluded
     )
 
 
@@ -250,6 +263,7 @@ class _Joined:
     segment: IntArray
     group: IntArray
     group_names: tuple[str, ...]
+    excluded: BoolArray | None
 
 
 def _joined_rows(rows: ObservationRows, renumbered: IntArray) -> _Joined:
@@ -268,4 +282,5 @@ def _joined_rows(rows: ObservationRows, renumbered: IntArray) -> _Joined:
         segment=_joined([g.segment for g in groups])[kept],
         group=number[kept],
         group_names=tuple(g.name for g in groups),
+        excluded=rows.excluded[kept] if rows.excluded.any() else None,
     )

@@ -25,11 +25,16 @@ class ObservationGroup(TableOrRows):
 
 
 class PointGroup(ObservationGroup):
-    """Image points of object points: columns image, point, x, y [, σ]."""
+    """Image points of object points: columns image, point, x, y [, σ] [, use].
+
+    `use` (yes, no; in every table of observations): `no` takes a row out of the adjustment; it stays in the tables and
+    the report, with its residual against the adjusted values.
+    """
 
 
 class SplineGroup(ObservationGroup):
-    """Image points anywhere on splines: columns image, spline, x, y [, σ] [, location] [, segment] [, mark].
+    """Image points anywhere on splines: columns image, spline, x, y [, σ] [, location] [, segment] [, mark]
+    [, use].
 
     A mark names a measured point for arc lengths and tangents, once an image and spline; without the column the points
     of an image and spline are 1, 2, 3 … in their order.
@@ -37,7 +42,8 @@ class SplineGroup(ObservationGroup):
 
 
 class ArcLengthGroup(TableOrRows):
-    """Lengths of projected splines between two measured points of one image: columns image, spline, from, to, length.
+    """Lengths of projected splines between two measured points of one image: columns image, spline, from, to, length
+    [, σ] [, use].
 
     `from` and `to` are marks of measured points.  A point may end one arc and begin another.  Arc lengths come from
     the same edge pixels as the points and are correlated with them, which the adjustment does not know: give them a
@@ -61,7 +67,8 @@ class ArcLengthGroup(TableOrRows):
 
 
 class TangentGroup(TableOrRows):
-    """Directions of projected splines in an image at measured points: columns image, spline, at, direction [, sigma].
+    """Directions of projected splines in an image at measured points: columns image, spline, at, direction [, sigma]
+    [, use].
 
     `at` is the mark of a measured point; the angle counts from the x axis towards the y axis of the image coordinates
     (clockwise on the screen where y points down).  Like arc lengths, directions are correlated with the points.
@@ -87,7 +94,8 @@ class TangentGroup(TableOrRows):
 
 
 class DistanceGroup(TableOrRows):
-    """Lengths in the object: scale bars between points, or bases between images: columns from, to, length [, sigma_m].
+    """Lengths in the object: scale bars between points, or bases between images: columns from, to, length [, sigma_m]
+    [, use].
 
     They fix the scale of a network that has no control.
     """

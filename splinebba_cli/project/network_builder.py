@@ -39,6 +39,7 @@ from splinebba_cli.project.semantic_checks import (
     check_resection,
     check_segments,
     images_per_feature,
+    images_per_feature_of_all,
 )
 
 ORIGIN_STEP_M = 1000.0
@@ -118,12 +119,16 @@ def _features_taking_part(
     kept_points = np.ones(len(points.ids), dtype=bool)
     if not to_place or on_points.groups:
         seen = images_per_feature(on_points, len(points.ids))
-        kept_points = check_features_seen(building, "point", points.ids, points.roles, points.places, seen)
+        every = images_per_feature_of_all(on_points, len(points.ids))
+        kept_points = check_features_seen(
+            building, "point", points.ids, points.roles, points.places, seen, every
+        )
     kept_curves = np.ones(len(curves.curves), dtype=bool)
     if not to_place or on_curves.groups:
         ids, roles = [c.id for c in curves.curves], [c.role for c in curves.curves]
         seen = images_per_feature(on_curves, len(ids))
-        kept_curves = check_features_seen(building, "spline", ids, roles, curves.places, seen)
+        every = images_per_feature_of_all(on_curves, len(ids))
+        kept_curves = check_features_seen(building, "spline", ids, roles, curves.places, seen, every)
     return kept_points, kept_curves
 
 

@@ -331,6 +331,34 @@ RESIDUAL_GRID = object_of(
 )
 
 
+REJECTION = object_of(
+    {
+        "kind": {"enum": ["point", "spline", "arc length", "tangent", "distance"]},
+        "row": {**COUNT, "description": "Of the observations of its kind, from 1, as in residuals.csv."},
+        "name": TEXT,
+        "round": {**COUNT, "description": "0: high-breakdown start."},
+        "reason": TEXT,
+        "statistic": NUMBER_OR_NULL,
+        "predicted_w": {**NUMBER_OR_NULL, "description": "Against the last solution; null: not predictable."},
+        "predicted_residual": {**NUMBER_OR_NULL, "description": "mm, of tangents degrees, of distances m."},
+        "returned": {**FLAG, "description": "It takes part again."},
+    }
+)
+REVISION = object_of(
+    {
+        "method": {"enum": ["none", "snooping", "huber", "cauchy", "tukey", "danish"]},
+        "start": {"enum": ["least_squares", "high_breakdown"]},
+        "rounds": COUNT,
+        "used": COUNT,
+        "reweighted": COUNT,
+        "rejected": COUNT,
+        "excluded_by_user": COUNT,
+        "rejections": array_of(REJECTION),
+    },
+    about="What the search for outliers did, every decision in its order.",
+)
+
+
 def result_schema() -> Schema:
     """The JSON Schema of result.json."""
     content = object_of(
@@ -356,6 +384,7 @@ def result_schema() -> Schema:
         {
             "acceptance": array_of(CRITERION),
             "precision": {"anyOf": [PRECISION, {"type": "null"}]},
+            "revision": REVISION,
         },
         about="Results of an adjustment, but for the large tables beside it.",
     )

@@ -21,9 +21,18 @@ RESECTION_POINTS = 3
 
 
 def images_per_feature(rows: ObservationRows, count: int) -> IntArray:
-    """Number of different images that see each feature, (count,)."""
+    """Number of different images that see each feature, by what takes part, (count,)."""
+    return _images_per_feature(rows, count, ~rows.excluded)
+
+
+def images_per_feature_of_all(rows: ObservationRows, count: int) -> IntArray:
+    """The same by all measurements, also those that the user has taken out, (count,)."""
+    return _images_per_feature(rows, count, np.ones(len(rows.image), dtype=bool))
+
+
+def _images_per_feature(rows: ObservationRows, count: int, chosen: BoolArray) -> IntArray:
     image, feature = rows.image, rows.feature
-    valid = (image >= 0) & (feature >= 0)
+    valid = (image >= 0) & (feature >= 0) & chosen
     pairs = np.unique(np.column_stack([feature[valid], image[valid]]), axis=0)
     return np.bincount(pairs[:, 0], minlength=count)[:count].astype(np.int64)
 
@@ -33,7 +42,7 @@ def check_images_seen(building: Building, images: ImageRows, kinds: Sequence[Obs
     seen = np.zeros(len(images.ids), dtype=bool)
     for rows in kinds:
         image = rows.image
-        seen[image[image >= 0]] = True
+        seen[image[(image >= 0) & ~rows.excluded]] = True
     for number in np.flatnonzero(~seen):
         name, place = images.ids[number], images.places[number]
         if np.isfinite(images.sigma[number]).all():
@@ -53,14 +62,24 @@ def check_features_seen(
     roles: Sequence[str],
     places: Sequence[Place],
     seen: IntArray,
+    measured: IntArray,
 ) -> BoolArray:
-    """Ties need two images; which features can take part, (n,)."""
+    """Ties need two images; which features can take part, (n,).
+
+    `seen` counts the images with measurements that take part, `measured` those with any.
+    """
     usable = np.ones(len(ids), dtype=bool)
     for number in np.flatnonzero(seen < 2).tolist():
         role, count = roles[number], int(seen[number])
         name = f"{role} {kind} `{ids[number]}`"
         where = "in no image" if count == 0 else "in one image only"
-        if role == "tie" or (role == "partial" and count == 0):
+        if measured[number] >= 2 and (role in ("tie", "check") or count == 0):
+            usable[number] = False
+            message = f"{name} takes part {where}: the column `use` excludes the others"
+            building.collector.warning(
+                "SBB304", message, places[number], "it is left out", kind=f"{kind}s excluded"
+            )
+        elif role == "tie" or (role == "partial" and count == 0):
             help = "measure it in a second image, or remove it"
             code = "SBB310" if count == 0 else "SBB304"
             building.collector.error(
@@ -81,7 +100,7 @@ def check_resection(
     control = np.array([role == "control" for role in points.roles], dtype=bool)
     control &= np.isfinite(np.array(points.xyz).reshape(-1, 3)).all(axis=1)
     image, point = observed.image, observed.feature
-    valid = (image >= 0) & (point >= 0)
+    valid = (image >= 0) & (point >= 0) & ~observed.excluded
     pairs = np.unique(np.column_stack([image[valid], point[valid]]), axis=0)
     count = np.bincount(pairs[control[pairs[:, 1]], 0], minlength=len(images.ids))
     for number, name in enumerate(images.ids):

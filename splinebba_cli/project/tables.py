@@ -16,12 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.project.diagnostics import SHOWN_PER_KIND, Collector, Place
 from splinebba_cli.project.scalars import parse_number, parse_sigma
 
 _SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t"}
 _BLANKS = {"", "-", "na", "NA"}
+_YES, _NO = {"yes", "true", "1", "", "-"}, {"no", "false", "0"}
 
 
 class TableUnreadableError(Exception):
@@ -103,6 +104,17 @@ class Table:
         bad = np.flatnonzero(~missing & ((whole != np.rint(whole)) | (whole < 0)))
         self._report(bad, name, lambda row: f"`{name}` is not a whole number >= 0")
         return np.asarray(np.where(np.abs(whole) < 2**53, whole, -1.0).astype(np.int64))
+
+    def excluded(self) -> BoolArray:
+        """Rows whose column `use` says no, (n,); without the column all are used, an empty field is yes."""
+        out = np.zeros(self.rows, dtype=bool)
+        if not self.has("use"):
+            return out
+        words = [str(value).strip().lower() for value in self.columns["use"]]
+        bad = [row for row, word in enumerate(words) if word not in _YES and word not in _NO]
+        self._report(bad, "use", lambda row: f"`use` is yes or no, not `{words[row]}`")
+        out[:] = [word in _NO for word in words]
+        return out
 
     def _one_by_one(self, name: str, parse: Callable[[Any], float], blank: float | None) -> FloatArray:
         values = np.full(self.rows, np.nan)

@@ -23,7 +23,9 @@ _RESIDUAL_COLUMNS = (
     "standardized_x",
     "standardized_y",
     "standardized_across",
+    "status",
 )
+_OUT = ("rejected", "excluded by user")
 
 
 @dataclass(frozen=True)
@@ -60,8 +62,9 @@ class ResultData:
 
     @cached_property
     def residuals(self) -> ReadTable:
-        """Residuals of image points: the columns that the report needs."""
-        return self._read("residuals", _RESIDUAL_COLUMNS)
+        """Residuals of the image points that take part: the columns that the report needs."""
+        table = self._read("residuals", _RESIDUAL_COLUMNS)
+        return table.where("status", lambda status: status not in _OUT)
 
     @cached_property
     def priors(self) -> ReadTable:

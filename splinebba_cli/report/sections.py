@@ -20,6 +20,7 @@ from splinebba_cli.report.check_sections import acceptance_section, checks_secti
 from splinebba_cli.report.feature_sections import points_section, splines_section
 from splinebba_cli.report.model_sections import groups_section, systematic_section, variance_section
 from splinebba_cli.report.orientation_section import cameras_section, orientation_section
+from splinebba_cli.report.outlier_section import outliers_section
 from splinebba_cli.report.precision_section import precision_section
 from splinebba_cli.report.reliability_section import reliability_section
 from splinebba_cli.report.residual_sections import conditions_section, priors_section, residuals_section
@@ -71,6 +72,7 @@ def build_report(data: ResultData) -> Report:
         variance_section(data),
         groups_section(data),
         systematic_section(data),
+        outliers_section(data),
         priors_section(data),
         conditions_section(data),
         cameras_section(data),

@@ -7,7 +7,7 @@ their numbers in ``Network.curve_observations``) also name those fields, so that
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,10 +15,13 @@ import numpy as np
 from splinebba_cli.core.camera.collinearity import project
 from splinebba_cli.core.camera.distortion import measured_photo_xy
 from splinebba_cli.core.network import FloatArray, IntArray, Network
+from splinebba_cli.core.network import select_rows as select
 from splinebba_cli.core.observations.arc_lengths import arc_lengths_at
 from splinebba_cli.core.observations.distances import linearize_distances
 from splinebba_cli.core.observations.tangents import linearize_tangents
 from splinebba_cli.core.state import Prepared, State
+
+__all__ = ["KINDS", "ObservationKind", "measured_xy", "select", "with_lens", "with_values"]
 
 DIRECTION_STEP_MM = 1e-4  # to either side, for directions through the lens
 
@@ -112,14 +115,3 @@ def with_values(network: Network, kind: ObservationKind, values: FloatArray) -> 
     """The network with other measured values of one kind."""
     changes: dict[str, Any] = {kind.group: replace(kind.of(network), **{kind.value: values})}
     return replace(network, **changes)
-
-
-def select(group: Any, rows: IntArray) -> Any:
-    """Some observations of a group: all its arrays that have one entry an observation."""
-    count = len(group)
-    arrays = {
-        f.name: value[rows]
-        for f in fields(group)
-        if isinstance(value := getattr(group, f.name), np.ndarray) and len(value) == count
-    }
-    return replace(group, **arrays)

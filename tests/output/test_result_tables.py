@@ -38,6 +38,7 @@ def test_tables_read_back(tmp_path: Path, fmt: str) -> None:
 
 def test_every_number_has_its_unit_in_the_header() -> None:
     free_of_unit = ("redundancy", "standardized", "normal", "major_direction", "u", "t", "segment", "rays")
+    free_of_unit += ("weight", "round", "row", "statistic", "predicted")
     for table in all_tables(make_result()):
         for column in table.columns:
             if isinstance(column.values, np.ndarray) and table.name != "prior_residuals":

@@ -1,4 +1,4 @@
-"""The part of a network that orients its images without anything unknown: control splines, and points as they are."""
+"""Parts of a network that orient its images: points alone, or control splines with points as they are."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from splinebba_cli.core.network import BoolArray, CurveObservations, IntArray, Network
+from splinebba_cli.core.network import ArcLengths, BoolArray, CurveObservations, IntArray, Network, Tangents
+
+POINTS_NEEDED = 3
+CONTROL_POINTS_NEEDED = 7  # measured points of control splines in every image: one more than its unknowns
 
 
 def known_curves(network: Network) -> BoolArray:
@@ -58,4 +61,27 @@ def control_network(network: Network) -> tuple[Network, IntArray]:
             ),
         ),
         rows,
+    )
+
+
+def control_orients(network: Network) -> bool:
+    """Whether control splines alone see enough of every free image, and there is something that they do not know."""
+    known = known_curves(network)
+    free = (network.images.prior_sigma != 0.0).any(axis=1)
+    seen = np.bincount(
+        network.curve_observations.image[known[network.curve_observations.curve]], minlength=len(free)
+    )
+    return bool(not known.all() and free.any() and (seen[free] >= CONTROL_POINTS_NEEDED).all())
+
+
+def points_only(network: Network) -> Network:
+    """The network without its curves."""
+    none = np.zeros(0, dtype=np.int64)
+    empty = CurveObservations(none, none, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), none)
+    return replace(
+        network,
+        curves=(),
+        curve_observations=empty,
+        arc_lengths=ArcLengths.none(),
+        tangents=Tangents.none(),
     )

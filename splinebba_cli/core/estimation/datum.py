@@ -17,7 +17,7 @@ from dataclasses import replace
 import numpy as np
 import scipy.linalg
 
-from splinebba_cli.core.estimation.parameters import ParameterLayout
+from splinebba_cli.core.estimation.parameters import ParameterLayout, layout_of
 from splinebba_cli.core.estimation.similarity import SimilarityDirections, similarity_directions
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.core.observations.coefficient_rows import GAUGE
@@ -89,6 +89,12 @@ def _datum_rows(
             directions.point[layout.point_mask == 0.0],
         ]
     )
+
+
+def datum_layout(prepared: Prepared, state: State) -> ParameterLayout:
+    """The layout of a network with the datum in which it is solved."""
+    layout = layout_of(prepared)
+    return layout if prepared.network.settings.datum == "control" else minimal_datum(prepared, layout, state)
 
 
 def minimal_datum(prepared: Prepared, layout: ParameterLayout, state: State) -> ParameterLayout:

@@ -71,20 +71,21 @@ class _Step:
 
 def solve(
     assembler: Assembler, state: State, *, max_iterations: int, stage: str, damping: float = 0.0,
-    observer: Observer | None = None,
+    observer: Observer | None = None, stationary: float = STATIONARY,
 ) -> Solution:  # fmt: skip
     """Iterate to convergence.
 
     Parameters
     ----------
     damping : starting value of the Levenberg-Marquardt factor; 0 begins with Gauss-Newton steps
+    stationary : length of a step, in sigma, below which a cost that no longer changes ends the iterations
 
     Returns
     -------
     Solution
         With `converged` False and the reason in `termination` where the iterations ended otherwise.
     """
-    run = _Run(assembler, stage, observer, Damping.starting(assembler, damping), stiff=damping > 0.0)
+    run = _Run(assembler, stage, observer, Damping.starting(assembler, damping), damping > 0.0, stationary)
     at = _linearized(assembler, search_locations(assembler.prepared, state))
     for _ in range(max_iterations):
         step = run.step_from(at)
@@ -117,6 +118,7 @@ class _Run:
     observer: Observer | None
     damping: Damping
     stiff: bool  # whether steps take the second-order part of the locations: from the first rejected step on
+    stationary: float = STATIONARY
     log: list[Iteration] = field(default_factory=list)
     last_decrease: float = np.inf
     last_length: float = np.inf
@@ -148,7 +150,7 @@ class _Run:
         """Whether a step is negligible, or small while neither it nor the cost shrinks any more."""
         contracting = step.length <= CONTRACTING * self.last_length
         stationary = (
-            self.last_decrease <= UNCHANGED * at.cost and step.length <= STATIONARY and not contracting
+            self.last_decrease <= UNCHANGED * at.cost and step.length <= self.stationary and not contracting
         )
         self.last_length = step.length
         return step.length <= NEGLIGIBLE or stationary

@@ -5,6 +5,7 @@ h = -A'Pr,   N = A'PA   with locations and points eliminated (theory, sections 3
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -88,6 +89,12 @@ class Assembler:
         self._windows_of: IntArray = np.zeros(0, dtype=np.int64)
         self._pair_map: WindowMap | None = None
         self._row_map: WindowMap | None = None
+
+    def with_weights(self, prepared: Prepared) -> Assembler:
+        """The same measurements with other weights: pattern and ordering stay."""
+        other = copy.copy(self)
+        other.prepared = prepared
+        return other
 
     @cached_property
     def mask(self) -> FloatArray:

@@ -1,0 +1,79 @@
+"""A start that many gross errors do not spoil, for data snooping or a reweighted adjustment to go on from.
+
+Orientations first (:mod:`~.robust_orientation`), then everything together, both with a shrinking scale
+(:mod:`~.graduated_weights`).  At the end everything beyond the critical value in its own standardised residual is taken
+out; what fits in the end returns by the way back of data snooping.  Same input, same result.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from splinebba_cli.core.estimation.gauss_markov import Observer
+from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.quality.critical_values import critical_value
+from splinebba_cli.core.revision.data_snooping import companions
+from splinebba_cli.core.revision.graduated_weights import graduated
+from splinebba_cli.core.revision.revision_log import RevisionLog
+from splinebba_cli.core.revision.reweighting import MAD_TO_SIGMA, one_value
+from splinebba_cli.core.revision.weighted_solution import WeightedNetwork, WeightedSolution
+from splinebba_cli.core.state import Prepared, State
+
+FAR_OUT = 0.2  # weight of a residual of 1.1 times the scale: out where there is no solution to judge it by
+
+
+@dataclass(frozen=True)
+class HighBreakdownStart:
+    """A state near the solution without the gross errors, and the weights 0 and 1 that go with it."""
+
+    state: State
+    factor: FloatArray  # (N,)
+
+
+def high_breakdown_start(
+    prepared: Prepared, state: State, excluded: FloatArray, log: RevisionLog, observer: Observer | None
+) -> HighBreakdownStart:
+    """Weights and state from approximate values.
+
+    Parameters
+    ----------
+    prepared : of all measurements, with their given sigma
+    excluded : (N,) factors 1 and 0; what is 0 stays out
+    log : is written on
+    """
+    network = WeightedNetwork(prepared, state, None, observer, "start")
+    factor, state = graduated(network, state, excluded)
+    found = network.solve(factor, state)
+    if found is None:
+        gone = np.flatnonzero((factor < FAR_OUT) & (excluded > 0.0))
+        value = np.full(len(factor), np.nan)
+        own = [f"high-breakdown start: weight {factor[n]:.1g}" for n in gone]
+    else:
+        state = found.state
+        gone, value, own = _beyond(network, found, excluded)
+    followers, reasons = companions(network.listed, excluded > 0.0, gone)
+    every = np.concatenate([gone, followers])
+    kept = excluded.copy()
+    kept[every] = 0.0
+    log.reject(every, 0, own + reasons, value[every])
+    return HighBreakdownStart(state, kept)
+
+
+def _beyond(
+    network: WeightedNetwork, found: WeightedSolution, excluded: FloatArray
+) -> tuple[IntArray, FloatArray, list[str]]:
+    """What is beyond the critical value, the values of all (N,), and the reasons.
+
+    Where most residuals are larger than their sigma allow, the limit grows with their median.
+    """
+    testing = network.prepared.network.settings.testing
+    value = one_value(network.listed, found.statistics, "w")
+    taking_part = value[excluded > 0.0]
+    misfit = max(1.0, MAD_TO_SIGMA * float(np.median(taking_part))) if len(taking_part) else 1.0
+    critical = misfit * critical_value(
+        replace(testing, statistic="w"), found.statistics.tests, found.statistics.redundancy
+    )
+    gone = np.flatnonzero((value > critical) & (excluded > 0.0))
+    return gone, value, [f"high-breakdown start: w = {value[n]:.1f} beyond {critical:.2f}" for n in gone]
