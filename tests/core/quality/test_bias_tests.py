@@ -8,7 +8,7 @@ from scipy import sparse
 from scipy.stats import ncx2
 
 from splinebba_cli.core.quality.bias_tests import TestFamily as Family
-from splinebba_cli.core.quality.bias_tests import bias_tests, noncentrality_of
+from splinebba_cli.core.quality.bias_tests import _tested, bias_tests, noncentrality_of
 from tests.core.quality.test_residual_projector import last_step, systems
 
 
@@ -76,3 +76,18 @@ def test_noncentrality_has_the_power(freedom: int, power: float) -> None:
 
 def test_noncentrality_of_baarda() -> None:
     assert noncentrality_of(0.001, 0.8, 1) == pytest.approx(4.132**2, abs=0.01)
+
+
+@pytest.mark.parametrize("columns", [1, 3])
+def test_without_a_bias_the_statistic_is_chi_square(columns: int) -> None:
+    """v = -R e: mean q and variance 2 q in 2000 samples, five standard deviations of either (1 - 1e-6)."""
+    _, _, r = systems()
+    c = directions(columns).toarray()
+    gram, samples = c.T @ r @ c, 2000
+    moments = c.T @ (r @ np.random.default_rng(5).standard_normal((len(r), samples)))
+    tests = [_tested(moment, c.T @ c, gram, family()) for moment in moments.T]
+    t = np.array([test.statistic for test in tests])
+    assert abs(t.mean() - columns) < 5.0 * np.sqrt(2.0 * columns / samples)
+    assert abs(t.var() - 2.0 * columns) < 5.0 * np.sqrt((48.0 * columns + 8.0 * columns**2) / samples)
+    normalized = np.array([test.estimate / test.sigma for test in tests])
+    assert abs(np.mean(normalized**2) - 1.0) < 5.0 * np.sqrt(2.0 / samples)
