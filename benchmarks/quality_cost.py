@@ -19,9 +19,9 @@ import time
 import numpy as np
 
 from benchmarks.bench_block import network_from_npz
-from splinebba_cli.core.adjustment import _layout
 from splinebba_cli.core.approximation.starting_values import starting_state
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
+from splinebba_cli.core.estimation.datum import datum_layout
 from splinebba_cli.core.estimation.gauss_markov import TRIAL_STEPS, Solution, apply_step, solve
 from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
@@ -68,7 +68,7 @@ def main() -> None:
     chosen = parser.parse_args()
     prepared = prepare(network_from_npz(chosen.block))
     state, _ = starting_state(prepared)
-    layout = _layout(prepared, state)
+    layout = datum_layout(prepared, state)
     rows = [
         control_rows(prepared, layout.coefficient_mask),
         gauge_rows(prepared, layout.coefficient_mask, None),
