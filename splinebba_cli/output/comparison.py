@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from splinebba_cli.core.quality.parameter_test import SHARE, RatioTest
-from splinebba_cli.core.quality.similarity import Similarity, fit_similarity
+from splinebba_cli.core.quality.similarity_fit import Similarity, fit_similarity
 from splinebba_cli.core.quality.variance_comparison import additional_parameters, equal_variances
 from splinebba_cli.core.result import Problem
 from splinebba_cli.errors import OutputError

@@ -11,7 +11,7 @@ from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.core.quality.critical_values import single_alpha
 from splinebba_cli.core.quality.datum_transformation import centred_dispersion, datum_matrix
 from splinebba_cli.core.quality.parameter_test import SHARE, wald_tests
-from splinebba_cli.core.quality.similarity import Similarity
+from splinebba_cli.core.quality.similarity_fit import Similarity
 from splinebba_cli.output.comparison_relation import Relation
 from splinebba_cli.output.stored_result import StoredResult
 

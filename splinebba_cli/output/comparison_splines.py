@@ -10,7 +10,7 @@ from splinebba_cli.core.network import FloatArray
 from splinebba_cli.core.quality.critical_values import single_alpha
 from splinebba_cli.core.quality.curve_comparison import SampledCurve, compare_sampled
 from splinebba_cli.core.quality.parameter_test import upper_probability
-from splinebba_cli.core.quality.similarity import Similarity
+from splinebba_cli.core.quality.similarity_fit import Similarity
 from splinebba_cli.output.stored_result import StoredResult
 
 

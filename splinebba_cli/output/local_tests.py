@@ -13,6 +13,7 @@ import numpy as np
 from splinebba_cli.core.evidence import Influence
 from splinebba_cli.core.network import BoolArray, FloatArray
 from splinebba_cli.core.result import AdjustmentResult
+from splinebba_cli.output.residual_summary import taking_part
 from splinebba_cli.output.tables import ANGLES
 
 WEAK = 0.1  # redundancy number below which an observation is weakly controlled
@@ -36,6 +37,7 @@ def local_tests_part(result: AdjustmentResult) -> dict[str, Any] | None:
     tests = result.evidence.tests
     if tests is None:
         return None
+    result = taking_part(result)
     ratio = result.statistics.sigma0_prior / result.statistics.sigma0 if tests.statistic == "tau" else 1.0
     return {
         "statistic": tests.statistic,

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from splinebba_cli.core.evidence import ObservationKind
+from splinebba_cli.core.evidence import ObservationKind, Reliability
 from splinebba_cli.core.network import (
     CurveObservations,
     FloatArray,
@@ -81,12 +81,19 @@ def taking_part(result: AdjustmentResult) -> AdjustmentResult:
         if (weight > 0.0).all():
             continue
         rows = np.flatnonzero(weight > 0.0)
-        residuals = getattr(result, table)
-        changes[table] = replace(
-            residuals, **{each.name: getattr(residuals, each.name)[rows] for each in fields(residuals)}
-        )
+        changes[table] = _rows(getattr(result, table), rows)
         observed[group] = select_rows(getattr(network, group), rows)
     return replace(result, network=replace(network, **observed), **changes)
+
+
+def _rows(table: Any, rows: IntArray) -> Any:
+    """Some rows of a table of residuals and of its reliability."""
+    columns = {each.name: getattr(table, each.name) for each in fields(table)}
+    taken = {
+        name: _rows(values, rows) if isinstance(values, Reliability) else values[rows]
+        for name, values in columns.items()
+    }
+    return replace(table, **taken)
 
 
 def _pixel_sizes(result: AdjustmentResult) -> FloatArray:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.quality.influences import distance_name
 from splinebba_cli.core.result import AdjustmentResult
 
 
@@ -30,7 +31,7 @@ def sigma0(result: AdjustmentResult) -> Found:
 
 
 def standardized(result: AdjustmentResult) -> Found:
-    """Largest |w|, or |tau| = |w| sigma0_prior / sigma0, of image coordinates, arc lengths and tangents."""
+    """Largest |w|, or |tau| = |w| sigma0_prior / sigma0, of image coordinates, arc lengths, tangents and distances."""
     network, statistics = result.network, result.statistics
     scale = 1.0
     if network.settings.testing.statistic == "tau":
@@ -48,6 +49,11 @@ def standardized(result: AdjustmentResult) -> Found:
                 float(largest[row]) * scale,
                 f"{kind} `{ids[feature[row]]}` in image `{network.images.ids[image[row]]}`",
             )
+    distances = np.nan_to_num(np.abs(result.distance_residuals.standardized)) * scale
+    if result.revision.distance_weights is not None:
+        distances = np.where(result.revision.distance_weights > 0.0, distances, 0.0)
+    if len(distances) and distances.max() > (best.value or 0.0):
+        best = Found(float(distances.max()), distance_name(network, int(np.argmax(distances))))
     return best
 
 
@@ -68,7 +74,8 @@ def mean_redundancy(result: AdjustmentResult) -> Found:
 def rejected_share(result: AdjustmentResult) -> Found:
     """Rejected observations over all of them."""
     network = result.network
-    parts = (network.point_observations, network.curve_observations, network.arc_lengths, network.tangents)
+    linked = (network.arc_lengths, network.tangents, network.distances)
+    parts = (network.point_observations, network.curve_observations, *linked)
     count = sum(len(part) for part in parts)
     return Found(result.revision.rejected / count) if count else NOTHING
 
@@ -151,13 +158,14 @@ def _rmse(result: AdjustmentResult) -> FloatArray | None:
 
 
 def _redundancy(result: AdjustmentResult) -> FloatArray:
-    """Redundancy numbers of image coordinates (of curves: across), arc lengths and tangents that take part."""
+    """Redundancy numbers of image coordinates (of curves: across), arc lengths, tangents, distances that take part."""
     revision = result.revision
     parts = (
         (result.point_residuals.redundancy, revision.point_weights),
         (result.curve_residuals.redundancy[:, :1], revision.curve_weights),
         (result.arc_residuals.redundancy[:, None], revision.arc_weights),
         (result.tangent_residuals.redundancy[:, None], revision.tangent_weights),
+        (result.distance_residuals.redundancy[:, None], revision.distance_weights),
     )
     kept = [numbers if weights is None else numbers[weights > 0.0] for numbers, weights in parts]
     return np.concatenate([numbers.ravel() for numbers in kept])

@@ -15,6 +15,7 @@ import numpy as np
 
 from splinebba_cli.core.camera.rotation import angle_jacobian, cross_matrix
 from splinebba_cli.core.network import FloatArray, RotationSequence
+from splinebba_cli.core.quality.inner_datum import s_transformed
 
 DATUM = 7  # shift 3, rotation 3, scale
 
@@ -43,5 +44,4 @@ def centred_dispersion(dispersion: FloatArray, datum: FloatArray) -> FloatArray:
     positions = scaled.reshape(-1, 6, DATUM).copy()
     positions[:, :3] = 0.0
     fixed = positions.reshape(-1, DATUM)
-    transform = np.eye(len(datum)) - scaled @ np.linalg.solve(fixed.T @ fixed, fixed.T)
-    return np.asarray(transform @ dispersion @ transform.T)
+    return s_transformed(dispersion, scaled, fixed)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from splinebba_cli.core.curves.registry import FAMILIES, TIGHT, lasting_parameters
-from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution, joint_cofactors
-from splinebba_cli.core.estimation.counts import count_equations
-from splinebba_cli.core.estimation.parameters import layout_of
+from splinebba_cli.core.curves.registry import lasting_parameters
+from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
 from splinebba_cli.core.evidence import Evidence
-from splinebba_cli.core.network import BoolArray, FloatArray, Network
-from splinebba_cli.core.observations.coefficient_rows import GAUGE, SHAPE
+from splinebba_cli.core.network import Network
+from splinebba_cli.core.observations.coefficient_rows import GAUGE
+from splinebba_cli.core.quality.adjustment_statistics import dispersion_scale, statistics_of
 from splinebba_cli.core.quality.arc_findings import arc_findings
 from splinebba_cli.core.quality.check_findings import check_findings
 from splinebba_cli.core.quality.check_points import check_points
@@ -23,10 +23,9 @@ from splinebba_cli.core.quality.curve_precision import curve_samples
 from splinebba_cli.core.quality.curve_results import curve_results
 from splinebba_cli.core.quality.findings import findings
 from splinebba_cli.core.quality.full_dispersion import dispersion_blocks
-from splinebba_cli.core.quality.global_test import global_test
 from splinebba_cli.core.quality.influences import influences
 from splinebba_cli.core.quality.inner_datum import STransformation
-from splinebba_cli.core.quality.linked_cofactors import linked_cofactors
+from splinebba_cli.core.quality.linked_cofactors import LinkedCofactors, linked_cofactors
 from splinebba_cli.core.quality.location_precision import location_cofactors
 from splinebba_cli.core.quality.model_evidence import AS_GIVEN, WeightFactors, with_model_evidence
 from splinebba_cli.core.quality.observation_effects import ObservationEffects
@@ -54,8 +53,6 @@ from splinebba_cli.core.result import (
 )
 from splinebba_cli.core.state import Prepared
 
-PURE_GAUGE = 1e-6  # redundancy below which a condition only fills a defect
-
 
 @dataclass(frozen=True)
 class Adjusted:
@@ -68,72 +65,108 @@ class Adjusted:
     weights: WeightFactors = AS_GIVEN
 
 
+@dataclass(frozen=True)
+class _Figures:
+    """What every part of the result needs."""
+
+    adjusted: Adjusted
+    cofactors: Cofactors
+    linked: LinkedCofactors
+    numbers: RedundancyNumbers
+    statistics: Statistics
+    scale: float  # of the cofactors
+    delta0: float  # noncentrality of the tests
+
+    @classmethod
+    def of(cls, adjusted: Adjusted) -> _Figures:
+        prepared, solved = adjusted.prepared, adjusted.solved
+        cofactors = Cofactors(solved.assembler, solved.solution, _datum(prepared, solved))
+        linked = linked_cofactors(cofactors)
+        numbers = redundancy_numbers(cofactors, linked)
+        statistics = statistics_of(prepared, solved, numbers)
+        conditions = solved.assembler.coefficient_rows.component >= GAUGE
+        delta0 = delta0_of(prepared.network.settings.testing, numbers.tested(conditions))
+        scale = dispersion_scale(prepared.network, statistics)
+        return cls(adjusted, cofactors, linked, numbers, statistics, scale, delta0)
+
+
 def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> AdjustmentResult:
     """Everything that follows from a solution."""
-    prepared, solved = adjusted.prepared, adjusted.solved
-    network, solution = prepared.network, solved.solution
-    cofactors = Cofactors(solved.assembler, solution, _datum(prepared, solved))
-    linked = linked_cofactors(cofactors)
-    numbers = redundancy_numbers(cofactors, linked)
-    statistics = _statistics(prepared, solved, numbers)
-    scale = dispersion_scale(network, statistics)
-    samples = curve_samples(cofactors, scale)
-    locations = np.sqrt(np.maximum(location_cofactors(cofactors, linked) * scale, 0.0))
-    conditions = solved.assembler.coefficient_rows.component >= GAUGE
-    delta0 = delta0_of(network.settings.testing, numbers.tested(conditions))
-    residuals = curve_table(prepared, solved, numbers, locations, delta0)
-    on_points = point_table(prepared, solved, numbers, delta0)
-    worst = influences(cofactors, solved, numbers, residuals, on_points, delta0)
-    curves = curve_results(cofactors, samples, residuals, scale)
-    state = solution.state
-    points = cofactors.points.own * scale
-    variance = VarianceFactor(scale, variance_degrees(network.settings, statistics))
-    single, summary = check_points(cofactors, variance)
-    checks = Checks(single, check_splines(cofactors, variance), summary)
-    eop = eop_values(network.images, state.rotation, state.position)
-    eop[:, 3:] += network.origin
-    images = ImageResult(
-        eop=eop,
-        rotation=state.rotation,
-        dispersion=eop_dispersion(network.images, state.rotation, cofactors.images * scale),
-        estimated=cofactors.image_mask > 0.0,
+    figures = _Figures.of(adjusted)
+    prepared, solved, solution = adjusted.prepared, adjusted.solved, adjusted.solved.solution
+    tables = _residual_tables(figures)
+    samples = curve_samples(figures.cofactors, figures.scale)
+    on_curves = tables["curve_residuals"]
+    worst = influences(
+        figures.cofactors, solved, figures.numbers, on_curves, tables["point_residuals"], figures.delta0
     )
     result = AdjustmentResult(
         network=_with_knot_parameters(prepared),
         converged=solution.converged,
         termination=solution.termination,
         iterations=adjusted.iterations,
-        statistics=statistics,
-        images=images,
-        curves=curves,
-        points=PointResult(
-            xyz=state.xyz + network.origin,
-            dispersion=points,
-            rays=np.bincount(network.point_observations.point, minlength=len(network.points.ids)),
-        ),
-        point_residuals=on_points,
-        curve_residuals=residuals,
-        arc_residuals=arc_table(prepared, solved, numbers, delta0),
-        tangent_residuals=tangent_table(prepared, solved, numbers, delta0),
-        distance_residuals=distance_table(prepared, solved, numbers, delta0),
-        prior_residuals=prior_residuals(prepared, solved, numbers, delta0),
-        checks=checks,
+        statistics=figures.statistics,
+        images=_images(figures),
+        curves=curve_results(figures.cofactors, samples, on_curves, figures.scale),
+        points=_points(figures),
+        checks=_checks(figures),
         problems=adjusted.problems,
-        dispersion=dispersion_blocks(cofactors, scale) if full_dispersion else None,
+        dispersion=dispersion_blocks(figures.cofactors, figures.scale) if full_dispersion else None,
+        **tables,
     )
     evidence = Evidence(tests=local_tests_of(result), influences=worst, precision=position_precision(result))
-    result = replace(result, evidence=evidence)
-    found = replace(
-        result,
-        problems=(
-            *adjusted.problems,
-            *findings(result),
-            *check_findings(checks),
-            *curve_findings(prepared, state),
-            *arc_findings(prepared, state),
-        ),
+    found = (
+        *adjusted.problems,
+        *findings(result),
+        *check_findings(result.checks),
+        *curve_findings(prepared, solution.state),
+        *arc_findings(prepared, solution.state),
     )
-    return with_model_evidence(found, solved, numbers, adjusted.weights)
+    result = replace(result, evidence=evidence, problems=found)
+    return with_model_evidence(result, solved, figures.numbers, adjusted.weights)
+
+
+def _residual_tables(figures: _Figures) -> dict[str, Any]:
+    """Residuals of all kinds, by the attribute of the result that holds them."""
+    prepared, solved, numbers = figures.adjusted.prepared, figures.adjusted.solved, figures.numbers
+    variance = location_cofactors(figures.cofactors, figures.linked) * figures.scale
+    locations = np.sqrt(np.maximum(variance, 0.0))
+    return {
+        "point_residuals": point_table(prepared, solved, numbers, figures.delta0),
+        "curve_residuals": curve_table(prepared, solved, numbers, locations, figures.delta0),
+        "arc_residuals": arc_table(prepared, solved, numbers, figures.delta0),
+        "tangent_residuals": tangent_table(prepared, solved, numbers, figures.delta0),
+        "distance_residuals": distance_table(prepared, solved, numbers, figures.delta0),
+        "prior_residuals": prior_residuals(prepared, solved, numbers, figures.delta0),
+    }
+
+
+def _images(figures: _Figures) -> ImageResult:
+    network, state = figures.adjusted.prepared.network, figures.adjusted.solved.solution.state
+    eop = eop_values(network.images, state.rotation, state.position)
+    eop[:, 3:] += network.origin
+    return ImageResult(
+        eop=eop,
+        rotation=state.rotation,
+        dispersion=eop_dispersion(network.images, state.rotation, figures.cofactors.images * figures.scale),
+        estimated=figures.cofactors.image_mask > 0.0,
+    )
+
+
+def _points(figures: _Figures) -> PointResult:
+    network = figures.adjusted.prepared.network
+    return PointResult(
+        xyz=figures.adjusted.solved.solution.state.xyz + network.origin,
+        dispersion=figures.cofactors.points.own * figures.scale,
+        rays=np.bincount(network.point_observations.point, minlength=len(network.points.ids)),
+    )
+
+
+def _checks(figures: _Figures) -> Checks:
+    settings = figures.adjusted.prepared.network.settings
+    variance = VarianceFactor(figures.scale, variance_degrees(settings, figures.statistics))
+    single, summary = check_points(figures.cofactors, variance)
+    return Checks(single, check_splines(figures.cofactors, variance), summary)
 
 
 def _datum(prepared: Prepared, solved: ConditionedSolution) -> STransformation | None:
@@ -141,61 +174,6 @@ def _datum(prepared: Prepared, solved: ConditionedSolution) -> STransformation |
     if prepared.network.settings.datum != "inner":
         return None
     return STransformation.at(prepared, ObservationEffects(solved.assembler, solved.solution))
-
-
-def dispersion_scale(network: Network, statistics: Statistics) -> float:
-    """Factor of the cofactors (which belong to weights 1/sigma^2)."""
-    if not network.settings.scale_dispersion or statistics.redundancy < 1:
-        return 1.0
-    return (statistics.sigma0 / statistics.sigma0_prior) ** 2
-
-
-def _statistics(prepared: Prepared, solved: ConditionedSolution, numbers: RedundancyNumbers) -> Statistics:
-    settings, at = prepared.network.settings, solved.solution.linearization
-    assembler = solved.assembler
-    component = assembler.coefficient_rows.component
-    is_gauge, is_condition = component == GAUGE, component >= GAUGE
-    equations = count_equations(assembler, at) - int((component == SHAPE).sum())
-    locations = len(prepared.network.curve_observations) - len(solved.solution.held)
-    full = layout_of(prepared)
-    datum = int(full.image_mask.sum() - assembler.layout.image_mask.sum())
-    unknowns = int(full.reduced_mask().sum() + full.eliminated_mask.sum()) + locations
-    conditions = int(is_condition.sum()) + datum
-    redundancy = equations + conditions - unknowns
-    vtpv = at.cost * settings.sigma0_prior**2
-    sigma0 = float(np.sqrt(vtpv / redundancy)) if redundancy > 0 else float("nan")
-    condition_numbers: FloatArray = numbers.coefficient_rows[is_condition]
-    return Statistics(
-        observations=equations,
-        unknowns=unknowns,
-        conditions=conditions,
-        rank_defect=_filled_defect(solved, numbers, is_gauge) + datum,
-        redundancy=redundancy,
-        sum_redundancy_numbers=numbers.total,
-        condition_redundancy=float(condition_numbers.sum()),
-        condition_cost=float(np.sum(at.coefficient_residual[is_condition] ** 2)) * settings.sigma0_prior**2,
-        vtpv=vtpv,
-        sigma0_prior=settings.sigma0_prior,
-        sigma0=sigma0,
-        global_test=global_test(vtpv, redundancy, settings.sigma0_prior, settings.alpha),
-    )
-
-
-def _filled_defect(solved: ConditionedSolution, numbers: RedundancyNumbers, is_gauge: BoolArray) -> int:
-    """Number of directions that gauge conditions alone determine: where all of their leverage is 1.
-
-    Conditions of one curve that hold the same direction share it, so that only together they fill the defect.
-    """
-    rows, own = solved.assembler.coefficient_rows, numbers.coefficient_rows
-    curves = solved.assembler.prepared.network.curves
-    shared = np.array([FAMILIES[curve.family].gauge_fraction == TIGHT for curve in curves], dtype=bool)
-    together = is_gauge & (shared[rows.curve] if len(curves) else False)
-    count = int((own[is_gauge & ~together] < PURE_GAUGE).sum())
-    for number in np.unique(rows.curve[together]):
-        chosen = np.flatnonzero(together & (rows.curve == number))
-        free = np.eye(len(chosen)) - joint_cofactors(rows.select(chosen), solved)
-        count += int((np.linalg.eigvalsh(free) < PURE_GAUGE).sum())
-    return count
 
 
 def _with_knot_parameters(prepared: Prepared) -> Network:

@@ -12,7 +12,7 @@ from scipy import stats
 
 from splinebba_cli.core.camera.rotation import rotation_from_vector
 from splinebba_cli.core.quality.parameter_test import wald_tests
-from splinebba_cli.core.quality.similarity import fit_similarity
+from splinebba_cli.core.quality.similarity_fit import fit_similarity
 from splinebba_cli.core.quality.variance_comparison import (
     SumOfSquares,
     additional_parameters,
