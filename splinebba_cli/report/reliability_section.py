@@ -89,7 +89,7 @@ def _size(value: float | None, unit: str) -> str:
     if unit == "deg":
         return angle_scale([value]).text(value)
     if unit == "mm":
-        return f"{1e3 * value:.3g} µm"
+        return f"{1e3 * value:.3g} µm" if value < 1.0 else f"{value:.3g} mm"
     return length_scale([value]).text(value)
 
 
@@ -109,7 +109,7 @@ def _influences(influences: list[dict[str, Any]]) -> Table:
     )
     rows: list[tuple[Cell, ...]] = [
         (
-            one["observation"],
+            one["observation"].replace("`", ""),
             one["redundancy"],
             _size(one["minimal_detectable_bias"], one["unit"]),
             one["orientation"]["sigmas"],
@@ -119,7 +119,7 @@ def _influences(influences: list[dict[str, Any]]) -> Table:
             _size(one["angle"]["deg"], "deg"),
             one["angle"]["image"],
             _size(one["object"]["m"], "m"),
-            one["object"]["feature"],
+            one["object"]["feature"].replace("`", ""),
         )
         for one in influences
     ]
