@@ -135,7 +135,9 @@ class VarianceComponent:
 class SystematicEffect:
     """One test for an effect that single residuals do not show."""
 
-    kind: Literal["image mean", "radial trend", "tangential trend", "grid", "run along curve", "drift"]
+    kind: Literal[
+        "image mean", "radial trend", "tangential trend", "grid", "run along curve", "drift", "strip"
+    ]
     subject: str  # "image `3`", "camera `cam`", "spline `road`"
     estimate: float  # in `unit`
     unit: str

@@ -301,7 +301,15 @@ GROUP_TEST = object_of(
 SYSTEMATIC_EFFECT = object_of(
     {
         "kind": {
-            "enum": ["image mean", "radial trend", "tangential trend", "grid", "run along curve", "drift"]
+            "enum": [
+                "image mean",
+                "radial trend",
+                "tangential trend",
+                "grid",
+                "run along curve",
+                "drift",
+                "strip",
+            ]
         },
         "subject": TEXT,
         "estimate": NUMBER_OR_NULL,

@@ -183,5 +183,5 @@ def systematic_section(data: ResultData) -> Section:
 
 
 def _order(effect: dict[str, Any]) -> tuple[int, float]:
-    kinds = ("radial trend", "tangential trend", "grid", "image mean", "drift", "run along curve")
+    kinds = ("radial trend", "tangential trend", "grid", "image mean", "drift", "strip", "run along curve")
     return kinds.index(effect["kind"]), -effect["statistic"] / effect["critical"]

@@ -9,6 +9,7 @@ from splinebba_cli.core.result import AdjustmentResult, Problem
 LITTLE = 0.02  # share of the redundancy that conditions may take without a word
 WEAK_RATIO = 3.0  # larger lateral semi-axis over its median in the network
 WORTH_A_WORD = 0.05  # share of a curve's length
+NAMED = 5  # weak curves, the weakest first
 
 
 def findings(result: AdjustmentResult) -> tuple[Problem, ...]:
@@ -72,23 +73,27 @@ def _curves(result: AdjustmentResult) -> list[Problem]:
     if not tied:
         return []
     usual = float(np.median(np.concatenate([curve.sample_across[:, 0] for curve, _ in tied])))
-    found = []
+    weak = []
     for curve, given in tied:
         major = curve.sample_across[:, 0]
-        weak = major > WEAK_RATIO * usual
-        if usual > 0.0 and weak.mean() > WORTH_A_WORD:
-            found.append(
-                Problem(
-                    "SBB533",
-                    "info",
-                    f"spline `{given.id}`: {100 * weak.mean():.0f} % of its length is weak across the curve "
-                    f"(σ up to {major.max():.3g} m, usual in this network {usual:.2g} m)",
-                    f"spline `{given.id}`",
-                    "the images see these parts from directions that lie in one plane with the curve: add images from "
-                    "another side, or do not use the weak direction",
-                )
-            )
-    return found
+        share = float((major > WEAK_RATIO * usual).mean())
+        if usual > 0.0 and share > WORTH_A_WORD:
+            weak.append((float(major.max()), share, given.id))
+    weak.sort(key=lambda one: (-one[0], one[2]))
+    more = f" (and {len(weak) - NAMED} more)" if len(weak) > NAMED else ""
+    return [
+        Problem(
+            "SBB533",
+            "info",
+            f"spline `{name}`: {100 * share:.0f} % of its length is weak across the curve "
+            f"(σ up to {largest:.3g} m, usual in this network {usual:.2g} m)"
+            + (more if number == NAMED - 1 else ""),
+            f"spline `{name}`",
+            "the images see these parts from directions that lie in one plane with the curve: add images from "
+            "another side, or do not use the weak direction",
+        )
+        for number, (largest, share, name) in enumerate(weak[:NAMED])
+    ]
 
 
 def _correlations(result: AdjustmentResult) -> list[Problem]:

@@ -19,6 +19,7 @@ from splinebba_cli.core.quality.redundancy import RedundancyNumbers
 from splinebba_cli.core.quality.residual_grid import residual_grids
 from splinebba_cli.core.quality.residual_projector import ResidualProjector
 from splinebba_cli.core.quality.runs_along_curves import runs_along_curves
+from splinebba_cli.core.quality.strip_drifts import strip_drifts
 from splinebba_cli.core.quality.systematic_findings import group_findings, systematic_findings
 from splinebba_cli.core.result import AdjustmentResult, Statistics
 
@@ -73,6 +74,7 @@ def _with_biases(
         *cells,
         *runs_along_curves(projector, rows, numbers.curve_rows),
         *drifts(projector, rows, statistics),
+        *strip_drifts(projector, statistics),
     )
     return replace(
         evidence, groups=tested.tests, possible_groups=tested.possible, systematic=effects, grids=grids

@@ -42,7 +42,12 @@ EFFECTS = {
     "drift": (
         "SBB550",
         "the residuals of {subject} change with the order of the images: {detail}",
-        "a camera that warms up or an antenna that drifts: give such images a camera of their own",
+        "a camera that warms up: give such images a camera of their own",
+    ),
+    "strip": (
+        "SBB550",
+        "the {subject} have a common error: {detail}",
+        "a shift or drift of GNSS in this strip: process the trajectory again, or give its positions a larger σ",
     ),
 }
 
