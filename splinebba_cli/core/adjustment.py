@@ -30,6 +30,7 @@ from splinebba_cli.core.observations.structural_locations import structural_stat
 from splinebba_cli.core.quality.determinacy import require_determined, require_rank, weak_images
 from splinebba_cli.core.quality.evaluation import Adjusted, evaluate
 from splinebba_cli.core.quality.inner_datum import fitted_state
+from splinebba_cli.core.quality.moved_references import with_moved_references
 from splinebba_cli.core.result import AdjustmentResult, Iteration, Problem
 from splinebba_cli.core.revision.restoration import restored
 from splinebba_cli.core.revision.revise import begin_search, robust_start
@@ -41,6 +42,7 @@ CURVE_DAMPING = 1e-3  # starting value where curves are adjusted
 CALMING_ROUNDS = 4
 PATIENCE = 4  # times the iterations for the last attempt
 REFINEMENT_ROUNDS = 2
+DATUM_ROUNDS = 2
 ENOUGH = 0.995  # of the cost: less gain is not worth another round
 
 
@@ -83,8 +85,8 @@ def adjust(
     found = searched_and_weighted(search, prepared, solved, resolve, record)
     revised = found.revised
     prepared, solved = revised.prepared, revised.solved
-    if network.settings.datum == "inner":
-        solved = _with_inner_datum(prepared, solved, start, record)
+    if network.settings.datum != "control":
+        prepared, solved = _in_free_datum(prepared, solved, start, record)
     solution_end = time.perf_counter()
     adjusted = Adjusted(prepared, solved, (*problems, *found.problems), tuple(log), found.weights)
     result = restored(evaluate(adjusted, full_dispersion=full_dispersion), revised)
@@ -170,15 +172,23 @@ def _final(prepared: Prepared, state: State, record: Observer) -> tuple[Prepared
     return prepared, solved
 
 
-def _with_inner_datum(
+def _in_free_datum(
     prepared: Prepared, solved: ConditionedSolution, start: State, record: Observer
-) -> ConditionedSolution:
-    """The same solution moved so that the features of the datum fit their approximate values."""
+) -> tuple[Prepared, ConditionedSolution]:
+    """The solution in its datum, gauge conditions moved along with it so that residuals do not depend on the datum."""
+    inner = prepared.network.settings.datum == "inner"
     reference = replace(start, coefficients=initial_coefficients(prepared))
-    state = fitted_state(prepared, solved.solution.state, reference)
-    moved = _solve(prepared, state, record, "datum", select=True)
-    require_determined(prepared, moved)
-    return moved
+    first = prepared
+    for _ in range(DATUM_ROUNDS if len(solved.conditions) else 1):
+        if not inner and not len(solved.conditions):
+            break
+        state = solved.solution.state
+        if inner:
+            state = fitted_state(prepared, state, reference)
+        prepared = with_moved_references(first, start, state)
+        solved = _solve(prepared, state, record, "datum", select=True)
+        require_determined(prepared, solved)
+    return prepared, solved
 
 
 def _require_rank(prepared: Prepared, state: State) -> None:

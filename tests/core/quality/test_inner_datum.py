@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,13 +15,15 @@ from splinebba_cli.core.estimation.gauss_markov import solve
 from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.estimation.parameters import ParameterLayout, layout_of
 from splinebba_cli.core.estimation.similarity import moved_by, similarity_directions
-from splinebba_cli.core.network import DatumFeatures, Distances, FloatArray, Network
+from splinebba_cli.core.network import Datum, DatumFeatures, Distances, FloatArray, Network
 from splinebba_cli.core.observations.coefficient_rows import value_rows
 from splinebba_cli.core.observations.locations import held_locations
 from splinebba_cli.core.quality.cofactors import Cofactors
 from splinebba_cli.core.quality.inner_datum import STransformation, datum_columns, s_transformed
 from splinebba_cli.core.quality.observation_effects import ObservationEffects
+from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.core.state import State, prepare
+from splinebba_cli.project.loading import load_project
 from tests.core.estimation.test_minimal_datum import free_network
 from tests.core.small_networks import dense_system, start_of
 
@@ -174,6 +177,29 @@ def test_redundancy_numbers_are_the_same_in_every_datum() -> None:
             mine, other = getattr(result, name), getattr(results[2], name)
             np.testing.assert_allclose(mine.redundancy, other.redundancy, atol=1e-6)
             np.testing.assert_allclose(mine.standardized, other.standardized, atol=2e-3)
+
+
+@pytest.mark.parametrize("features", [None, DatumFeatures(points=(), images=None)])
+def test_gauge_conditions_do_not_see_the_datum(features: DatumFeatures | None) -> None:
+    """A close-range network whose knots slide: all conditions stay, and residuals are those of any other datum."""
+    folder = Path(__file__).parents[3] / "sample_projects" / "free_network"
+    network = load_project(folder / "project.yaml").network
+    assert network.settings.gauge_conditions == "all"
+
+    def adjusted(datum: Datum, chosen: DatumFeatures | None) -> AdjustmentResult:
+        return adjust(
+            replace(network, settings=replace(network.settings, datum=datum, datum_features=chosen))
+        )
+
+    first = adjusted("inner", DatumFeatures())
+    other = adjusted("minimal" if features is None else "inner", features)
+    assert other.statistics.sigma0 == pytest.approx(first.statistics.sigma0, rel=1e-7)
+    for name in ("point_residuals", "curve_residuals"):
+        mine, yours = getattr(first, name), getattr(other, name)
+        np.testing.assert_allclose(mine.standardized, yours.standardized, atol=1e-4)
+        np.testing.assert_allclose(mine.redundancy, yours.redundancy, atol=1e-5)
+    trace = [np.einsum("nii->", result.points.dispersion) for result in (first, other)]
+    assert trace[0] < 0.5 * trace[1]
 
 
 def test_the_features_of_the_datum_fit_their_approximate_values() -> None:
