@@ -96,8 +96,10 @@ def _measured(network: Network, noise: Noise, streams: Streams) -> Network:
         if not len(group):
             continue
         exact: FloatArray = getattr(group, kind.value)
-        photo = kind.value == "photo_xy"
-        size = noise.image_mm if photo and noise.image_mm is not None else group.sigma
+        own = (
+            noise.image_mm == 0.0 or kind.value == "photo_xy"
+        )  # without noise in the photo everything is exact
+        size = noise.image_mm if own and noise.image_mm is not None else group.sigma
         values = exact + size * streams.noise.standard_normal(exact.shape)
         if noise.blunder_share > 0.0:
             values = values + _blunders(group, exact, noise, streams.blunder)

@@ -20,9 +20,8 @@ from splinebba_cli.core.quality.group_sums import GroupSum
 from splinebba_cli.core.quality.group_variances import GroupVariances
 from splinebba_cli.core.result import Problem
 
-FREEDOM_NEEDED = (
-    5.0  # the estimate of a sigma is then good to 1 / sqrt(2 f) = 32 %; a person's word is as good
-)
+FREEDOM_NEEDED = 5.0  # a sigma estimated with less is good to 1 / sqrt(2 f) = 32 % at best
+EXACT = 1e-6  # of the sigma used: measurements without noise say nothing about it
 MATERIAL = 1.3  # factor from which a wrong sigma is a warning
 SIGMA_KEYS = {"point": "sigma_px", "spline": "sigma_px"}
 
@@ -75,7 +74,8 @@ def component_findings(components: tuple[VarianceComponent, ...], alpha: float) 
     found = []
     for k, own in enumerate(components):
         others = [*components[:k], *components[k + 1 :]]
-        if own.passed or own.freedom < FREEDOM_NEEDED or not differs(own, others, single):
+        weak = own.freedom < FREEDOM_NEEDED or own.sigma0 <= EXACT
+        if own.passed or weak or not differs(own, others, single):
             continue
         factor = own.sigma0
         small = factor > 1.0
