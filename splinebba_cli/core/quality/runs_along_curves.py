@@ -15,7 +15,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 from scipy.special import ndtr, ndtri
 
 from splinebba_cli.core.evidence import SystematicEffect
@@ -54,26 +53,22 @@ def runs_along_curves(
         own = across[member]
         order = np.lexsort((projector.solution.state.location[own], rows.image[own]))
         own = own[order]
-        pairs = _pairs(rows.image[own])
-        if pairs.sum() < FEWEST_PAIRS or redundancy[own].sum() <= 1.0:
+        first = neighbours(rows.image[own])
+        if len(first) < FEWEST_PAIRS or redundancy[own].sum() <= 1.0:
             continue
-        unknowns = np.unique(projector.design.reduced[own].indices).astype(np.int64)
-        exact = len(unknowns) <= budget and len(own) <= MOST_ROWS
-        if exact:
+        moments = (0.0, 0.5 * len(first), float(redundancy[own].sum()))
+        if budget > 0 and len(own) <= MOST_ROWS:
+            unknowns = np.unique(projector.design.reduced[own].indices).astype(np.int64)
+            if len(unknowns) <= budget:
+                moments = _moments(first, _residual_cofactors(projector, own, unknowns))
             budget -= len(unknowns)
-            moments = _moments(pairs, _residual_cofactors(projector, own, unknowns))
-        else:
-            moments = (0.0, float(pairs.sum()) / 2.0, float(redundancy[own].sum()))
-        found.append(_run(curve, rows, own, pairs, moments))
+        found.append(_run(curve, rows, own, first, moments))
     return [_effect(run, len(found), network.curves[run.curve].id, network.settings.alpha) for run in found]
 
 
-def _pairs(image: IntArray) -> sparse.csr_array:
-    """L: one half at all neighbours of one image, (n, n); its entries sum to the number of pairs."""
-    first = np.flatnonzero(image[1:] == image[:-1])
-    half = np.full(len(first), 0.5)
-    upper = sparse.coo_array((half, (first, first + 1)), shape=(len(image), len(image)))
-    return sparse.csr_array(upper + upper.T)
+def neighbours(image: IntArray) -> IntArray:
+    """The first of all pairs (first, first + 1) in one image."""
+    return np.flatnonzero(image[1:] == image[:-1])
 
 
 def _residual_cofactors(projector: ResidualProjector, own: IntArray, unknowns: IntArray) -> FloatArray:
@@ -85,22 +80,24 @@ def _residual_cofactors(projector: ResidualProjector, own: IntArray, unknowns: I
     return np.asarray(np.eye(len(own)) - local @ q @ local.T)
 
 
-def _moments(pairs: sparse.csr_array, cofactors: FloatArray) -> tuple[float, float, float]:
-    """rho0, tr((L' R)^2), tr R."""
+def _moments(first: IntArray, cofactors: FloatArray) -> tuple[float, float, float]:
+    """rho0, tr((L' R)^2), tr R; L has one half at all neighbours (first, first + 1)."""
     trace = float(np.trace(cofactors))
-    product = pairs @ cofactors
+    product = np.zeros_like(cofactors)
+    product[first] += 0.5 * cofactors[first + 1]
+    product[first + 1] += 0.5 * cofactors[first]
     rho = float(np.trace(product)) / trace
     product -= rho * cofactors
     return rho, float(np.sum(product * product.T)), trace
 
 
 def _run(
-    curve: int, rows: PhotoRows, own: IntArray, pairs: sparse.csr_array, moments: tuple[float, float, float]
+    curve: int, rows: PhotoRows, own: IntArray, first: IntArray, moments: tuple[float, float, float]
 ) -> _Run:
     rho, square, trace = moments
     r = rows.residual[own]
     variance = float(r @ r) / trace
-    t = float(r @ (pairs @ r)) - rho * float(r @ r)
+    t = float(r[first] @ r[first + 1]) - rho * float(r @ r)
     images = len(np.unique(rows.image[own]))
     if variance <= 0.0:
         return _Run(curve, len(own), 0.0, 0.0, images)
@@ -108,7 +105,7 @@ def _run(
         curve,
         len(own),
         t / (variance * np.sqrt(2.0 * square)),
-        t / (variance * float(pairs.sum())),
+        t / (variance * len(first)),
         images,
     )
 
