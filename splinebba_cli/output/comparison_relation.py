@@ -36,22 +36,16 @@ class Relation:
 
 
 def compared_inputs(a: StoredResult, b: StoredResult) -> list[dict[str, str]]:
-    """Input files of both: same, changed, only in one; by their hashes."""
-    hashes = [{item["file"]: item["sha256"] for item in _inputs(result)} for result in (a, b)]
-    found = []
-    for file in sorted(set(hashes[0]) | set(hashes[1])):
-        first, second = hashes[0].get(file), hashes[1].get(file)
-        status = (
-            "only A"
-            if second is None
-            else "only B"
-            if first is None
-            else "same"
-            if first == second
-            else "changed"
-        )
-        found.append({"file": file, "status": status})
-    return found
+    """Input files of both: same (whatever their folder or name is), changed, only in one; by their hashes."""
+    first, second = ({item["file"]: item["sha256"] for item in _inputs(result)} for result in (a, b))
+    shared = set(first.values()) & set(second.values())
+    found = [{"file": file, "status": "same"} for file in first if first[file] in shared]
+    left_a = {file for file in first if first[file] not in shared}
+    left_b = {file for file in second if second[file] not in shared}
+    found += [{"file": file, "status": "changed"} for file in left_a & left_b]
+    found += [{"file": file, "status": "only A"} for file in left_a - left_b]
+    found += [{"file": file, "status": "only B"} for file in left_b - left_a]
+    return sorted(found, key=lambda item: (item["file"], item["status"]))
 
 
 def relation_of(a: StoredResult, b: StoredResult, wanted: RelationName | None = None) -> Relation:
