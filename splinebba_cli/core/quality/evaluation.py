@@ -9,6 +9,8 @@ import numpy as np
 
 from splinebba_cli.core.curves.registry import lasting_parameters
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
+from splinebba_cli.core.estimation.datum import free_directions
+from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.evidence import Evidence
 from splinebba_cli.core.network import Network
 from splinebba_cli.core.observations.coefficient_rows import GAUGE
@@ -170,8 +172,9 @@ def _checks(figures: _Figures) -> Checks:
 
 
 def _datum(prepared: Prepared, solved: ConditionedSolution) -> STransformation | None:
-    """The way from the datum of the solution to an inner one, where that is wanted."""
-    if prepared.network.settings.datum != "inner":
+    """The way from the datum of the solution to an inner one, where that is wanted and something is free."""
+    layout, state = layout_of(prepared), solved.solution.state
+    if prepared.network.settings.datum != "inner" or not free_directions(prepared, layout, state).count:
         return None
     return STransformation.at(prepared, ObservationEffects(solved.assembler, solved.solution))
 
