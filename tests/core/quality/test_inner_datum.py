@@ -246,7 +246,10 @@ def test_features_that_do_not_carry_the_datum_are_refused(features: DatumFeature
 
 def test_an_inner_datum_of_a_network_that_control_determines_is_that_of_the_control() -> None:
     network, _ = simulate_block("close-range-ring", 2, start_position_m=0.03, start_knots_m=0.015)
-    inner, control = adjust(replace(network, settings=replace(network.settings, datum="inner"))), adjust(network)
+    inner, control = (
+        adjust(replace(network, settings=replace(network.settings, datum="inner"))),
+        adjust(network),
+    )
     assert inner.statistics.vtpv == pytest.approx(control.statistics.vtpv, rel=1e-9)
     sigma = np.sqrt(np.einsum("mii->mi", control.images.dispersion))
     assert np.abs((inner.images.eop - control.images.eop) / sigma).max() < 1e-6
