@@ -28,6 +28,7 @@ from splinebba_cli.core.quality.full_dispersion import dispersion_blocks
 from splinebba_cli.core.quality.influences import influences
 from splinebba_cli.core.quality.inner_datum import STransformation
 from splinebba_cli.core.quality.linked_cofactors import LinkedCofactors, linked_cofactors
+from splinebba_cli.core.quality.local_findings import local_findings
 from splinebba_cli.core.quality.location_precision import location_cofactors
 from splinebba_cli.core.quality.model_evidence import AS_GIVEN, WeightFactors, with_model_evidence
 from splinebba_cli.core.quality.observation_effects import ObservationEffects
@@ -116,10 +117,12 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
         dispersion=dispersion_blocks(figures.cofactors, figures.scale) if full_dispersion else None,
         **tables,
     )
-    evidence = Evidence(tests=local_tests_of(result), influences=worst, precision=position_precision(result))
+    tests = local_tests_of(result)
+    evidence = Evidence(tests=tests, influences=worst, precision=position_precision(result))
     found = (
         *adjusted.problems,
         *findings(result),
+        *local_findings(result, tests),
         *check_findings(result.checks),
         *curve_findings(prepared, solution.state),
         *arc_findings(prepared, solution.state),

@@ -135,3 +135,10 @@ def test_a_group_that_takes_no_part_keeps_its_given_sigma() -> None:
     expected[gone.rows] = seen[gone.rows]
     np.testing.assert_array_equal(given.curve_observations.sigma, expected)
     np.testing.assert_array_equal(given.point_observations.sigma, 0.5 * network.point_observations.sigma)
+
+
+def test_entries_with_the_same_name_are_one_group() -> None:
+    network = two_groups(1)
+    seen = replace(network.curve_observations, group_names=("both", "both"))
+    groups = [g for g in observation_groups(replace(network, curve_observations=seen)) if g.kind == "spline"]
+    assert [(group.name, len(group.rows)) for group in groups] == [("both", len(seen))]
