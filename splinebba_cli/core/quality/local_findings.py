@@ -17,7 +17,7 @@ from splinebba_cli.core.network import FloatArray
 from splinebba_cli.core.quality.critical_values import critical_value
 from splinebba_cli.core.quality.influences import distance_name
 from splinebba_cli.core.quality.reliability import tested_values
-from splinebba_cli.core.result import AdjustmentResult, PriorResidual, Problem
+from splinebba_cli.core.result import AdjustmentResult, PriorResidual, Problem, Severity
 
 CERTAIN = 1e-3  # probability by chance below which it is a warning
 
@@ -33,7 +33,9 @@ def local_findings(result: AdjustmentResult, tests: LocalTests) -> list[Problem]
     if not size > critical_value(together, tests.tests, statistics.redundancy):
         return []
     certain = replace(together, alpha=min(CERTAIN, settings.alpha))
-    severity = "warning" if size > critical_value(certain, tests.tests, statistics.redundancy) else "info"
+    severity: Severity = (
+        "warning" if size > critical_value(certain, tests.tests, statistics.redundancy) else "info"
+    )
     symbol = "τ" if tests.statistic == "tau" else "w"
     message = (
         f"{name}: |{symbol}| = {size:.1f} is the largest of {tests.tests} standardised residuals; {tests.beyond} "
@@ -59,14 +61,26 @@ def _worst(result: AdjustmentResult) -> tuple[float, str]:
     def of_point(row: int) -> str:
         return f"image `{images[points.image[row]]}` of point `{network.points.ids[points.point[row]]}`"
 
+    def on_arc(row: int) -> str:
+        return f"{on_curve(int(network.arc_lengths.first[row]))}, arc length"
+
+    def of_tangent(row: int) -> str:
+        return f"{on_curve(int(network.tangents.point[row]))}, tangent"
+
+    def of_distance(row: int) -> str:
+        return distance_name(network, row)
+
+    def of_prior(row: int) -> str:
+        return _prior(result.prior_residuals[row])
+
     kinds: list[tuple[FloatArray, Callable[[int], str]]] = [
         (result.point_residuals.standardized, of_point),
         (result.curve_residuals.standardized, on_curve),
-        (result.arc_residuals.standardized[:, None], lambda k: f"{on_curve(int(network.arc_lengths.first[k]))}, arc"),
-        (result.tangent_residuals.standardized[:, None], lambda k: f"{on_curve(int(network.tangents.point[k]))}, tangent"),
-        (result.distance_residuals.standardized[:, None], lambda k: distance_name(network, k)),
-        (np.array([[p.standardized] for p in result.prior_residuals]), lambda k: _prior(result.prior_residuals[k])),
-    ]  # fmt: skip
+        (result.arc_residuals.standardized[:, None], on_arc),
+        (result.tangent_residuals.standardized[:, None], of_tangent),
+        (result.distance_residuals.standardized[:, None], of_distance),
+        (np.array([[prior.standardized] for prior in result.prior_residuals]), of_prior),
+    ]
     best, name = 0.0, ""
     for standardized, described in kinds:
         size = np.nan_to_num(np.abs(standardized), nan=0.0)
