@@ -83,6 +83,18 @@ def test_reweighting_says_how_to_read_its_sigma0(project: Path, tmp_path: Path) 
     assert "no test of the model" in (out / "report.txt").read_text(encoding="utf-8").replace("\n", " ")
 
 
+def test_small_sigma0_of_reduced_weights_is_no_failure(project: Path, tmp_path: Path) -> None:
+    """Tukey's weights take a tenth of σ̂₀ away: that says nothing about the declared σ."""
+    out = tmp_path / "out"
+    result = run("adjust", project, "-o", out, "--outliers", "tukey", "--no-html")
+    found = content(out)
+    test = found["statistics"]["global_test"]
+    assert test["statistic"] < test["lower"]
+    assert "as reduced weights make it" in " ".join(result.output.split())
+    assert "global test" not in result.output and "state a smaller" not in result.output
+    assert not {"SBB531", "SBB545"} & {problem["code"] for problem in found["problems"]}
+
+
 def test_without_a_search_nothing_is_said(project: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     run("adjust", project, "-o", out, "--no-html")
