@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from splinebba_cli.core.adjustment import adjust
+from splinebba_cli.core.evidence import SystematicEffect
 from splinebba_cli.core.network import Network
+from splinebba_cli.core.quality.systematic_findings import systematic_findings
 from splinebba_cli.core.result import AdjustmentResult, Problem
 from splinebba_cli.core.settings import LocalTesting, OutlierPolicy
 from splinebba_cli.simulation.six_image_block import simulate_block
@@ -67,3 +69,11 @@ def test_good_measurements_and_searches_are_left_alone() -> None:
     network = with_wrong_bar()
     settings = replace(network.settings, outliers=OutlierPolicy(method="snooping"))
     assert not named(adjust(replace(network, settings=settings)))
+
+
+def test_an_image_mean_says_how_much_of_a_shift_residuals_show() -> None:
+    effect = SystematicEffect(
+        "image mean", "image `5`", 0.057, "µm", 30.0, 10.0, significant=True, observations=99, shown=0.0008
+    )
+    (problem,) = systematic_findings((effect,))
+    assert "all but 0.08 % of a common error" in problem.message
