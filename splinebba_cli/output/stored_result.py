@@ -95,8 +95,9 @@ class StoredResult:
 
     @property
     def free(self) -> bool:
-        """Whether the datum is not that of control and priors."""
-        return str(self.content["settings"]["datum"]) != "control"
+        """Whether the datum is not that of control and priors, which leave something undetermined."""
+        defect = int(self.content["statistics"]["rank_defect"])
+        return defect > 0 and str(self.content["settings"]["datum"]) != "control"
 
     @cached_property
     def measured(self) -> frozenset[Observation]:

@@ -77,6 +77,13 @@ def test_measurements_that_take_no_part_are_not_shared(tmp_path: Path) -> None:
     assert "all measured image points of B are in A" in relation.reason
 
 
+def test_an_inner_datum_that_nothing_needs_is_no_free_network(tmp_path: Path) -> None:
+    """Control determines the network: both results stand in its datum, and are not moved onto each other."""
+    inner = replace(network(), settings=replace(network().settings, datum="inner"))
+    a, b = stored(tmp_path / "a", result()), stored(tmp_path / "b", adjust(inner))
+    assert compare(a, b).similarity is None
+
+
 def test_what_is_written_is_read_back(tmp_path: Path) -> None:
     """Orientations, dispersions in radians, curves with their ellipses."""
     read = read_result(stored(tmp_path / "a", result()))
@@ -151,7 +158,10 @@ def test_a_free_network_is_transformed_first(tmp_path: Path) -> None:
     eop[:, :3] = angles_from_rotation(rotation @ moved.images.rotation)
     points = replace(moved.points, xyz=1.001 * moved.points.xyz @ rotation.T + 7.0)
     free = replace(moved.network, settings=replace(moved.network.settings, datum="minimal"))
-    turned = replace(moved, network=free, images=replace(moved.images, eop=eop), points=points)
+    undetermined = replace(moved.statistics, rank_defect=7)
+    turned = replace(
+        moved, network=free, statistics=undetermined, images=replace(moved.images, eop=eop), points=points
+    )
     found = compare(stored(tmp_path / "a", moved), stored(tmp_path / "b", turned))
     assert found.similarity is not None
     assert found.similarity.scale == pytest.approx(1.0 / 1.001)
