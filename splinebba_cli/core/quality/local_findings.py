@@ -1,6 +1,6 @@
 """The observation with the largest standardised residual, where chance does not explain it.
 
-    P(max |w| > k) <= alpha,   k the critical value of one of n tests with alpha for all together (Sidak)
+    P(max |w| > k) <= 0.001,   k the critical value of one of n tests with this level for all together (Sidak)
 
 Other tests show what an error of a single observation does elsewhere: the one with the largest |w| is named first.
 """
@@ -17,9 +17,9 @@ from splinebba_cli.core.network import FloatArray
 from splinebba_cli.core.quality.critical_values import critical_value
 from splinebba_cli.core.quality.influences import distance_name
 from splinebba_cli.core.quality.reliability import tested_values
-from splinebba_cli.core.result import AdjustmentResult, PriorResidual, Problem, Severity
+from splinebba_cli.core.result import AdjustmentResult, PriorResidual, Problem
 
-CERTAIN = 1e-3  # probability by chance below which it is a warning
+CERTAIN = 1e-3  # probability by chance of the largest of all, below which it is named
 
 
 def local_findings(result: AdjustmentResult, tests: LocalTests) -> list[Problem]:
@@ -29,13 +29,9 @@ def local_findings(result: AdjustmentResult, tests: LocalTests) -> list[Problem]
         return []
     size, name = _worst(result)
     size = float(tested_values(settings.testing, np.array(size), statistics))
-    together = replace(settings.testing, alpha=settings.alpha, multiplicity="sidak")
+    together = replace(settings.testing, alpha=CERTAIN, multiplicity="sidak")
     if not size > critical_value(together, tests.tests, statistics.redundancy):
         return []
-    certain = replace(together, alpha=min(CERTAIN, settings.alpha))
-    severity: Severity = (
-        "warning" if size > critical_value(certain, tests.tests, statistics.redundancy) else "info"
-    )
     symbol = "τ" if tests.statistic == "tau" else "w"
     message = (
         f"{name}: |{symbol}| = {size:.1f} is the largest of {tests.tests} standardised residuals; {tests.beyond} "
@@ -46,7 +42,7 @@ def local_findings(result: AdjustmentResult, tests: LocalTests) -> list[Problem]
         "look at this one before all others, correct it or take it out (column `use`), adjust again; or let the "
         "program search: `adjust --outliers snooping`"
     )
-    return [Problem("SBB557", severity, message, name, help)]
+    return [Problem("SBB557", "warning", message, name, help)]
 
 
 def _worst(result: AdjustmentResult) -> tuple[float, str]:
