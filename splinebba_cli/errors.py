@@ -98,6 +98,7 @@ ERROR_CODES: dict[str, str] = {
     "SBB554": "check points differ by more than predicted",
     "SBB555": "check points shifted as a whole",
     "SBB556": "check spline farther from its given shape than predicted",
+    "SBB557": "the largest standardised residual is no chance",
     "SBB545": "σ of a group does not fit to the others",
     "SBB546": "a group of observations has a common error",
     "SBB547": "mean residual of an image",

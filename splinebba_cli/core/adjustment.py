@@ -20,9 +20,10 @@ from splinebba_cli.core.approximation.control_network import (
 from splinebba_cli.core.approximation.curve_refinement import calmed, refine_curves
 from splinebba_cli.core.approximation.starting_values import starting_state
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution, solve_with_conditions
-from splinebba_cli.core.estimation.datum import datum_layout
+from splinebba_cli.core.estimation.datum import datum_layout, free_directions
 from splinebba_cli.core.estimation.gauss_markov import Observer
 from splinebba_cli.core.estimation.normal_equations import Assembler
+from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.network import KnotPolicy, Network
 from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
 from splinebba_cli.core.observations.shape_conditions import control_rows
@@ -176,6 +177,8 @@ def _in_free_datum(
     prepared: Prepared, solved: ConditionedSolution, start: State, record: Observer
 ) -> tuple[Prepared, ConditionedSolution]:
     """The solution in its datum, gauge conditions moved along with it so that residuals do not depend on the datum."""
+    if not free_directions(prepared, layout_of(prepared), solved.solution.state).count:
+        return prepared, solved
     inner = prepared.network.settings.datum == "inner"
     reference = replace(start, coefficients=initial_coefficients(prepared))
     first = prepared

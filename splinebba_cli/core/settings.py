@@ -31,6 +31,11 @@ class OutlierPolicy:
     max_rounds: int = 200
     at_once: int = 1  # rejections in one round, of different images and features
 
+    @property
+    def reweights(self) -> bool:
+        """Whether residuals reduce weights: sigma0 is then smaller than the noise of all observations together."""
+        return self.method not in ("none", "snooping")
+
 
 @dataclass(frozen=True)
 class WeightPolicy:

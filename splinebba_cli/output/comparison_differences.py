@@ -132,10 +132,16 @@ def point_differences(
     """Points of A less those of B."""
     own, other = common_rows(a.point_ids, b.point_ids)
     xyz = b.xyz[other] if similarity is None else similarity.apply(b.xyz[other])
-    dispersions = a.point_dispersion[own], b.point_dispersion[other]
+    dispersions = _of_both(a.point_dispersion[own], b.point_dispersion[other])
     correlated = a.correlated and b.correlated
     weighting = weighting if similarity is None else None  # covariances with the datum are not known
     return _tested(a.point_ids, b.point_ids, own, a.xyz[own] - xyz, dispersions, weighting, correlated, alpha)
+
+
+def _of_both(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Dispersions (n, k, k), 0 in both where one of them is not known: such a row is not tested."""
+    known = np.isfinite(a).all(axis=(1, 2), keepdims=True) & np.isfinite(b).all(axis=(1, 2), keepdims=True)
+    return np.where(known, a, 0.0), np.where(known, b, 0.0)
 
 
 def _tested(

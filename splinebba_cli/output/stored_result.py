@@ -21,6 +21,8 @@ from splinebba_cli.output.result_json import load_result_json
 
 _ANGLES, _XYZ = ("omega", "phi", "kappa"), ("x", "y", "z")
 _POWERS = 4
+_MEASURED = ("kind", "image", "feature", "measured_x_mm", "measured_y_mm")
+_OUT = ("rejected", "excluded by user")  # status of what takes no part
 Observation = tuple[str, ...]
 
 
@@ -31,7 +33,7 @@ class StoredResult:
     folder: Path
     content: dict[str, Any]
     image_dispersion: FloatArray  # (m, 6, 6) omega, phi, kappa, X0, Y0, Z0
-    point_dispersion: FloatArray  # (n, 3, 3)
+    point_dispersion: FloatArray  # (n, 3, 3), NaN of points that nothing locates
     correlated: bool  # whether the dispersions hold covariances (dispersion.npz), not variances alone
     full_images: FloatArray | None = None  # (6 m, 6 m) all orientations together, of `--dispersion full`
 
@@ -93,16 +95,19 @@ class StoredResult:
 
     @property
     def free(self) -> bool:
-        """Whether the datum is not that of control and priors."""
-        return str(self.content["settings"]["datum"]) != "control"
+        """Whether the datum is not that of control and priors, which leave something undetermined."""
+        defect = int(self.content["statistics"]["rank_defect"])
+        return defect > 0 and str(self.content["settings"]["datum"]) != "control"
 
     @cached_property
     def measured(self) -> frozenset[Observation]:
-        """Measured image points: kind, image, feature, x, y as they are written."""
-        table = read_table(
-            self.folder, "residuals", ("kind", "image", "feature", "measured_x_mm", "measured_y_mm")
-        )
-        return frozenset(zip(*table.values(), strict=True)) if table.rows else frozenset()
+        """Image points that take part: kind, image, feature, x, y as they are written."""
+        table = read_table(self.folder, "residuals", (*_MEASURED, "status"))
+        if not table.rows:
+            return frozenset()
+        status = table["status"] if "status" in table else [""] * table.rows
+        rows = zip(*(table[name] for name in _MEASURED), strict=True)
+        return frozenset(row for row, how in zip(rows, status, strict=True) if how not in _OUT)
 
     def curves(self, origin: FloatArray) -> dict[str, SampledCurve]:
         """Adjusted curves by id, positions less `origin`; those without samples or shape are left out."""
@@ -152,7 +157,7 @@ def read_result(folder: Path) -> StoredResult:
     sigma = np.radians(_numbers([i["sigma"] for i in content["images"]], _ANGLES))
     both = np.hstack([sigma, _numbers([i["sigma"] for i in content["images"]], _XYZ)])
     points = _numbers([p["sigma"] for p in content["points"]], _XYZ)
-    return StoredResult(folder, content, _diagonal(both), _diagonal(points), False)
+    return StoredResult(folder, content, _diagonal(np.nan_to_num(both)), _diagonal(points), False)
 
 
 def curve_function(spline: dict[str, Any], origin: FloatArray) -> tuple[CurveBasis, FloatArray] | None:
@@ -193,4 +198,4 @@ def _stacked(columns: dict[str, FloatArray], names: tuple[str, ...], rows: Any) 
 
 
 def _diagonal(sigma: FloatArray) -> FloatArray:
-    return np.asarray(np.nan_to_num(sigma)[:, :, None] ** 2 * np.eye(sigma.shape[1]))
+    return np.asarray(sigma[:, :, None] ** 2 * np.eye(sigma.shape[1]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -37,7 +38,7 @@ def standardized(result: AdjustmentResult) -> Found:
     if network.settings.testing.statistic == "tau":
         scale = statistics.sigma0_prior / statistics.sigma0
     best = NOTHING
-    for kind, values, image, feature, ids in _tested(result):
+    for kind, values, image, feature, ids in _of_images(result, "standardized"):
         size = np.abs(values)
         size = np.where(np.isfinite(size), size, -1.0)
         largest = size.max(axis=1, initial=-1.0)
@@ -58,11 +59,22 @@ def standardized(result: AdjustmentResult) -> Found:
 
 
 def smallest_redundancy(result: AdjustmentResult) -> Found:
-    """Smallest redundancy number of the observations that take part."""
+    """Smallest redundancy number of the observations that take part, and whose it is."""
     numbers = _redundancy(result)
     if not len(numbers):
         return NOTHING
-    return Found(float(numbers.min()), detail=f" (of {len(numbers)})")
+    parts = _of_images(result, "redundancy")
+    size = [float(np.nanmin(part[1])) if np.isfinite(part[1]).any() else np.inf for part in parts]
+    least = int(np.argmin(size))
+    detail = f" (of {len(numbers)})"
+    distances = _taking_part(result.distance_residuals.redundancy[:, None], result.revision.distance_weights)
+    if np.isfinite(distances).any() and np.nanmin(distances) < size[least]:
+        row = int(np.nanargmin(distances))
+        return Found(float(distances[row, 0]), distance_name(result.network, row), detail)
+    kind, values, image, feature, ids = parts[least]
+    row = int(np.argmin(np.where(np.isfinite(values), values, np.inf).min(axis=1)))
+    subject = f"{kind} `{ids[feature[row]]}` in image `{result.network.images.ids[image[row]]}`"
+    return Found(size[least], subject, detail)
 
 
 def mean_redundancy(result: AdjustmentResult) -> Found:
@@ -171,24 +183,32 @@ def _redundancy(result: AdjustmentResult) -> FloatArray:
     return np.concatenate([numbers.ravel() for numbers in kept])
 
 
-def _tested(result: AdjustmentResult) -> list[tuple[str, FloatArray, IntArray, IntArray, Sequence[str]]]:
-    """Kind, standardised residuals (NaN of those that take no part), image, feature and the ids of the features."""
+OfImages = tuple[str, FloatArray, IntArray, IntArray, Sequence[str]]
+
+
+def _of_images(result: AdjustmentResult, figure: Literal["standardized", "redundancy"]) -> list[OfImages]:
+    """Kind, a figure (NaN of what takes no part), image, feature and the ids of the features; of splines: across."""
     network, revision = result.network, result.revision
     points, curves = network.point_observations, network.curve_observations
     curve_ids = [curve.id for curve in network.curves]
     arc, tangent = network.arc_lengths.first, network.tangents.point
-    parts = (
-        ("point", result.point_residuals.standardized, points.image, points.point, network.points.ids,
+    of_curves: FloatArray = getattr(result.curve_residuals, figure)
+    parts: tuple[tuple[str, FloatArray, IntArray, IntArray, Sequence[str], FloatArray | None], ...] = (
+        ("point", getattr(result.point_residuals, figure), points.image, points.point, network.points.ids,
          revision.point_weights),
-        ("spline", result.curve_residuals.standardized, curves.image, curves.curve, curve_ids,
+        ("spline", of_curves if figure == "standardized" else of_curves[:, :1], curves.image, curves.curve, curve_ids,
          revision.curve_weights),
-        ("arc length of spline", result.arc_residuals.standardized[:, None], curves.image[arc], curves.curve[arc],
-         curve_ids, revision.arc_weights),
-        ("tangent of spline", result.tangent_residuals.standardized[:, None], curves.image[tangent],
+        ("arc length of spline", getattr(result.arc_residuals, figure)[:, None], curves.image[arc],
+         curves.curve[arc], curve_ids, revision.arc_weights),
+        ("tangent of spline", getattr(result.tangent_residuals, figure)[:, None], curves.image[tangent],
          curves.curve[tangent], curve_ids, revision.tangent_weights),
     )  # fmt: skip
-    found: list[tuple[str, FloatArray, IntArray, IntArray, Sequence[str]]] = []
-    for kind, values, image, feature, ids, weights in parts:
-        used = values if weights is None else np.where((weights > 0.0)[:, None], values, np.nan)
-        found.append((kind, used, image, feature, ids))
-    return found
+    return [
+        (kind, _taking_part(values, weights), image, feature, ids)
+        for kind, values, image, feature, ids, weights in parts
+    ]
+
+
+def _taking_part(values: FloatArray, weights: FloatArray | None) -> FloatArray:
+    """Values (n, k), NaN in the rows that take no part."""
+    return values if weights is None else np.where((weights > 0.0)[:, None], values, np.nan)

@@ -75,11 +75,11 @@ def adjusted_project(
         data["points"] = {"table": f"{PREFIX}points.csv"}
     of_old_knots = LOCATED if _knots_changed(loaded.network, network) else frozenset()
     marked = marked_tables(loaded, result, of_old_knots)
-    files |= {_marked_name(*group): text for group, text in marked.items()}
-    data["observations"] = _observations(
-        written.get("observations", {}), loaded, network, directory, set(marked)
-    )
+    files |= {_marked_name(*group): text for group, text in marked.items() if text}
+    data["observations"] = _observations(written.get("observations", {}), loaded, network, directory, marked)
     data["adjustment"] = {**written.get("adjustment", {}), "staged": False}
+    if "datum_features" in data["adjustment"]:
+        data["adjustment"]["datum_features"] = _present(data["adjustment"]["datum_features"], network)
     if (
         "outliers" in data["adjustment"]
     ):  # approximate values are final, and what a robust start found is marked
@@ -94,6 +94,19 @@ def adjusted_project(
     comment = "Adjusted values as approximate values; the knots are final."
     files["adjusted.yaml"] = project_yaml(data, comment)
     return files
+
+
+def _present(features: dict[str, Any], network: Network) -> dict[str, Any]:
+    """Datum features without those that were left out of the adjustment."""
+    ids = {
+        "points": network.points.ids,
+        "images": network.images.ids,
+        "splines": tuple(curve.id for curve in network.curves),
+    }
+    return {
+        key: [one for one in chosen if one in ids[key]] if isinstance(chosen, list) else chosen
+        for key, chosen in features.items()
+    }
 
 
 def adjusted_network(result: AdjustmentResult) -> Network:
@@ -136,15 +149,22 @@ def _observations(
     loaded: LoadedProject,
     network: Network,
     directory: Path | None,
-    marked: set[tuple[str, int]],
+    marked: dict[tuple[str, int], str],
 ) -> dict[str, Any]:
-    """The groups of observations, their tables as seen from the result folder; `marked` ones have a new table."""
+    """The groups of observations, their tables as seen from the result folder; `marked` ones have a new table.
+
+    A marked group whose table is empty measures nothing that takes part.
+    """
     moved: dict[str, Any] = {}
     changed = _knots_changed(loaded.network, network)
     for kind, groups in written.items():
         moved[kind] = []
         for number, group in enumerate(groups):
+            if marked.get((kind, number)) == "":
+                continue
             group = dict(group)
+            if group.get("table"):
+                group.setdefault("name", group["table"])  # by which results call it
             if (kind, number) in marked:
                 for option in ("data", "columns", "header", "delimiter"):
                     group.pop(option, None)

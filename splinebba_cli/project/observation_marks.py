@@ -1,12 +1,14 @@
 """Rejections of a run written into the column `use` of the observation tables: a run that is repeated keeps them.
 
 A table with a rejected row is written anew under the program's column names, with all that was in it; rows that the
-user has taken out stay out.  To bring an observation back, change its `no` to `yes`.
+user has taken out stay out.  To bring an observation back, change its `no` to `yes`.  Features that were left out of
+the adjustment are not in the adjusted project, and neither are the rows that measure them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import compress
 from typing import Any
 
 import numpy as np
@@ -31,18 +33,22 @@ KINDS: dict[str, tuple[Wanted, str]] = {
     "distances": (DISTANCE_COLUMNS, ""),
 }  # section of the project: columns, and the one that names a feature that may take no part
 
+LEFT_OUT = ("SBB304", "SBB310")  # codes of the warnings about features that take no part
+
 
 def marked_tables(
     loaded: LoadedProject, result: AdjustmentResult, left_out: frozenset[str] = frozenset()
 ) -> dict[tuple[str, int], str]:
-    """Tables (CSV) of the groups in which the run rejected something, by section and number of the group.
+    """Tables (CSV) of the groups in which the run rejected or left out something, by section and number of the group.
+
+    Empty where all that a group measures is left out.
 
     Parameters
     ----------
     left_out : columns of the user's tables that are not written
     """
     weights = rejected_rows(result)
-    if not any(rows.any() for rows in weights.values()):
+    if not any(rows.any() for rows in weights.values()) and not _leaves_features_out(loaded):
         return {}
     source = read_yaml(loaded.path, Collector())
     if source is None:
@@ -54,9 +60,15 @@ def marked_tables(
             known = rows >= 0
             rejected = np.zeros(table.rows, dtype=bool)
             rejected[known] = weights[key][rows[known]]
-            if rejected.any():
-                found[key, group] = _written(table, rejected | table.excluded(), left_out)
+            if rejected.any() or not known.all():
+                marked = _written(table, known, rejected | table.excluded(), left_out)
+                found[key, group] = marked if known.any() else ""
     return found
+
+
+def _leaves_features_out(loaded: LoadedProject) -> bool:
+    """Whether points or splines that too few images see were left out with a warning."""
+    return any(diagnostic.code in LEFT_OUT for diagnostic in loaded.diagnostics)
 
 
 def rejected_rows(result: AdjustmentResult) -> dict[str, BoolArray]:
@@ -98,13 +110,14 @@ def _tables(
         yield number_, table, rows
 
 
-def _written(table: Table, out: BoolArray, left_out: frozenset[str]) -> str:
+def _written(table: Table, kept: BoolArray, out: BoolArray, left_out: frozenset[str]) -> str:
     names = [name for name in table.columns if name != "use" and name not in left_out]
     columns = [
         [number(v) if isinstance(v, float) else str(v) for v in _values(table, name)] for name in names
     ]
     use = ["no" if gone else "yes" for gone in out]
-    return csv_text([*names, "use"], zip(*columns, use, strict=True))
+    rows = zip(*columns, use, strict=True)
+    return csv_text([*names, "use"], compress(rows, kept))
 
 
 def _values(table: Table, name: str) -> list[Any]:

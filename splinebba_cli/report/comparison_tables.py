@@ -66,8 +66,18 @@ def _verdict(data: dict[str, Any]) -> tuple[str, str]:
         d["dimensions"] for kind in ("images", "points") for d in data[kind]["differences"]
     )
     if not tested:
-        return "The results are compared, but not tested", "bold"
+        title = (
+            "Images and points are the same" if _same(data) else "The results are compared, but not tested"
+        )
+        return title, "bold"
     return f"The results do not differ significantly (α = {data['alpha']:g})", "bold green"
+
+
+def _same(data: dict[str, Any]) -> bool:
+    """Whether all images and points are in both and not one figure of theirs differs."""
+    parts = [data[kind] for kind in ("images", "points")]
+    differences = [each[name] for part in parts for each in part["differences"] for name in each["sigma"]]
+    return not any(differences) and not any(part["only_a"] or part["only_b"] for part in parts)
 
 
 def sentences(data: dict[str, Any]) -> list[str]:

@@ -60,7 +60,7 @@ def _log_table(log: list[dict[str, Any]]) -> Table:
     )
     rows: list[tuple[Cell, ...]] = [
         (
-            each["name"],
+            each["name"].replace("`", ""),
             each["row"],
             each["round"],
             each["reason"],

@@ -20,7 +20,14 @@ def precision_section(data: ResultData) -> Section:
     blocks += [
         _ellipses(precision, key, title, caption) for key, title, caption in _KINDS if precision[key]["worst"]
     ]
-    blocks.append(Note(_explanation(precision, data["settings"]["datum"])))
+    blocks.append(
+        Note(
+            _explanation(
+                precision,
+                free=data["statistics"]["rank_defect"] > 0 and data["settings"]["datum"] != "control",
+            )
+        )
+    )
     blocks.append(_correlations(precision))
     return Section("precision", "Precision of positions", tuple(blocks))
 
@@ -72,17 +79,13 @@ def _ellipses(precision: dict[str, Any], key: str, title: str, caption: str) -> 
     return Table(text, tuple(columns), tuple(rows), source="error_ellipses.csv", note=note)
 
 
-def _explanation(precision: dict[str, Any], datum: str) -> str:
+def _explanation(precision: dict[str, Any], free: bool) -> str:
     text = (
         f"Azimuths run from the Y axis clockwise. Multiply standard ellipses by {precision['ellipse_factor']:.3f} and "
         f"ellipsoids by {precision['ellipsoid_factor']:.3f} for {100 * precision['confidence']:g} %. Radius: the "
         "circle that holds the horizontal position with this confidence."
     )
-    return (
-        text
-        if datum == "control"
-        else f"{text} The datum is free: all of these figures depend on its choice."
-    )
+    return f"{text} The datum is free: all of these figures depend on its choice." if free else text
 
 
 def _correlations(precision: dict[str, Any]) -> Block:

@@ -99,7 +99,8 @@ def verdict(data: ResultData) -> Verdict:
             f"The iterations ended with: {status['termination']}. Do not use these results.",
         )
     test = statistics["global_test"]
-    test_text = _test_sentence(statistics)
+    weights_reduced = bool((data.content.get("revision") or {}).get("reweighted"))
+    test_text = _test_sentence(statistics, weights_reduced)
     if count["error"]:
         criteria = _plural(count["error"], "problem")
         return Verdict(
@@ -107,14 +108,14 @@ def verdict(data: ResultData) -> Verdict:
         )
     if test is None:
         return Verdict("warning", "Adjusted, but without any check", test_text)
-    if not test["passed"]:
+    if not test["passed"] and not (weights_reduced and test["statistic"] < test["lower"]):
         return Verdict("warning", "Adjusted, but the global test failed", test_text)
     if count["warning"]:
         return Verdict("warning", f"Adjusted, with {_plural(count['warning'], 'warning')}", test_text)
     return Verdict("good", "Adjusted and accepted", test_text)
 
 
-def _test_sentence(statistics: dict[str, Any]) -> str:
+def _test_sentence(statistics: dict[str, Any], weights_reduced: bool) -> str:
     test, sigma0 = statistics["global_test"], statistics["sigma0"]
     if test is None or sigma0 is None:
         return (
@@ -129,6 +130,11 @@ def _test_sentence(statistics: dict[str, Any]) -> str:
         return (
             f"{value}: the residuals are larger than the declared σ allow ({bounds}). Look for gross errors "
             "and systematic residuals first; otherwise the measurements are less precise than declared."
+        )
+    if weights_reduced:
+        return (
+            f"{value}: smaller than the declared σ ({bounds}), as reduced weights make it: "
+            "it says nothing about the σ of the observations."
         )
     return (
         f"{value}: the residuals are smaller than the declared σ ({bounds}). "

@@ -45,6 +45,12 @@ def test_text(folder: Path) -> None:
         assert words in found.stdout, words
 
 
+def test_a_result_is_the_same_as_itself(folder: Path) -> None:
+    found = run("compare", results(folder, "a"), results(folder, "a"), "--fail-on-difference")
+    assert found.exit_code == 0
+    assert found.stdout.startswith("Images and points are the same")
+
+
 def test_json_and_exit_code(folder: Path) -> None:
     found = run("compare", results(folder, "a"), results(folder, "b"), "--format", "json")
     data = json.loads(found.stdout)

@@ -52,6 +52,38 @@ def test_the_same_result_does_not_differ(tmp_path: Path) -> None:
     assert max(spline.largest for spline in found.splines) < 1e-6  # samples are written with 1 µm
 
 
+@pytest.mark.parametrize("dispersion", ["blocks", "none"])
+def test_a_point_that_nothing_locates_is_not_tested(tmp_path: Path, dispersion: DispersionChoice) -> None:
+    """A search for outliers may take all rays of a point: it keeps its place and has no precision."""
+    spread = result().points.dispersion.copy()
+    spread[3] = np.nan
+    lost = replace(result(), points=replace(result().points, dispersion=spread))
+    a, b = (stored(tmp_path / name, r, dispersion=dispersion) for name, r in (("a", lost), ("b", result())))
+    for first, second in ((a, b), (b, a)):
+        points = compare(first, second, relation="independent").points
+        assert points.dimensions[3] == 0 and not points.significant.any()
+        assert np.isnan(points.sigma[3]).all() and np.isfinite(np.delete(points.sigma, 3, axis=0)).all()
+
+
+def test_measurements_that_take_no_part_are_not_shared(tmp_path: Path) -> None:
+    """Rows that the user has taken out of B stand in its tables, but B is adjusted from a part of A."""
+    seen = network().curve_observations
+    out = np.arange(len(seen)) % 4 == 0
+    excluded = replace(network(), curve_observations=replace(seen, excluded=out))
+    a, b = stored(tmp_path / "a", result()), stored(tmp_path / "b", adjust(excluded))
+    relation = compare(a, b).relation
+    assert (relation.name, relation.less_precise) == ("nested", "b")
+    assert (relation.only_a, relation.only_b) == (out.sum(), 0)
+    assert "all measured image points of B are in A" in relation.reason
+
+
+def test_an_inner_datum_that_nothing_needs_is_no_free_network(tmp_path: Path) -> None:
+    """Control determines the network: both results stand in its datum, and are not moved onto each other."""
+    inner = replace(network(), settings=replace(network().settings, datum="inner"))
+    a, b = stored(tmp_path / "a", result()), stored(tmp_path / "b", adjust(inner))
+    assert compare(a, b).similarity is None
+
+
 def test_what_is_written_is_read_back(tmp_path: Path) -> None:
     """Orientations, dispersions in radians, curves with their ellipses."""
     read = read_result(stored(tmp_path / "a", result()))
@@ -126,7 +158,10 @@ def test_a_free_network_is_transformed_first(tmp_path: Path) -> None:
     eop[:, :3] = angles_from_rotation(rotation @ moved.images.rotation)
     points = replace(moved.points, xyz=1.001 * moved.points.xyz @ rotation.T + 7.0)
     free = replace(moved.network, settings=replace(moved.network.settings, datum="minimal"))
-    turned = replace(moved, network=free, images=replace(moved.images, eop=eop), points=points)
+    undetermined = replace(moved.statistics, rank_defect=7)
+    turned = replace(
+        moved, network=free, statistics=undetermined, images=replace(moved.images, eop=eop), points=points
+    )
     found = compare(stored(tmp_path / "a", moved), stored(tmp_path / "b", turned))
     assert found.similarity is not None
     assert found.similarity.scale == pytest.approx(1.0 / 1.001)

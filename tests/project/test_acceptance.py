@@ -104,11 +104,15 @@ def test_redundancy_numbers_of_observations_that_take_part(block: AdjustmentResu
     numbers = np.concatenate(
         [block.point_residuals.redundancy.ravel(), block.curve_residuals.redundancy[:, 0]]
     )
-    assert one(block, min_redundancy_number=0.5).value == pytest.approx(numbers.min())
+    found, points = one(block, min_redundancy_number=0.5), block.network.point_observations
+    assert found.value == pytest.approx(numbers.min())
+    row = int(block.point_residuals.redundancy.min(axis=1).argmin())
+    image, point = block.network.images.ids[points.image[row]], block.network.points.ids[points.point[row]]
+    assert found.subject == f"point `{point}` in image `{image}`"
     assert one(block, min_mean_redundancy_number=0.1).status == "passed"
     weights = np.where(block.curve_residuals.redundancy[:, 0] < 0.3, 0.0, 1.0)
-    points = np.where(block.point_residuals.redundancy.min(axis=1) < 0.3, 0.0, 1.0)
-    revised = replace(block, revision=Revision(curve_weights=weights, point_weights=points))
+    of_points = np.where(block.point_residuals.redundancy.min(axis=1) < 0.3, 0.0, 1.0)
+    revised = replace(block, revision=Revision(curve_weights=weights, point_weights=of_points))
     assert one(revised, min_redundancy_number=0.3).status == "passed"
 
 

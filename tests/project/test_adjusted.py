@@ -107,6 +107,35 @@ def test_sequence_of_rotations_is_kept(sequence: str, tmp_path: Path) -> None:
     assert after.network.images.sequence == (sequence, sequence)
 
 
+def test_groups_keep_the_name_of_their_table(tmp_path: Path) -> None:
+    text = changed("    - name: traced\n      sigma_um: 5\n", "    - sigma_um: 5\n")
+    start, end = text.index("      columns: [image, spline"), text.index("  points:\n    - sigma_um")
+    text = text[:start] + "      table: traced.csv\n" + text[end:]
+    rows = "image,spline,x,y\nno,coast,1.5,2\n12:30,coast,2.5,3\nno,road,1.5,2\n12:30,road,2.5,3\n"
+    before = load_project(written(tmp_path, text, traced=rows))
+    after = readjusted(before, tmp_path / "out", result_of(before.network))
+    assert after.network.curve_observations.group_names == ("traced.csv",)
+    assert before.network.curve_observations.group_names == ("traced.csv",)
+
+
+@pytest.mark.parametrize("road", ["yes", "no"])
+def test_features_that_are_left_out_are_not_measured_in_the_adjusted_project(
+    road: str, tmp_path: Path
+) -> None:
+    """A tie spline that one image sees, and with it all others: no row names what is no longer there."""
+    text = changed("columns: [image, spline, x, y]", "columns: [image, spline, x, y, use]")
+    for row, use in (("no    coast 1.5 2", "yes"), ("12:30 coast 2.5 3", "no")):
+        text = changed(row + "\n", f"{row} {use}\n", text)
+    for row in ("no    road  1.5 2", "12:30 road  2.5 3"):
+        text = changed(row + "\n", f"{row} {road}\n", text)
+    before = load_project(written(tmp_path, text))
+    after = readjusted(before, tmp_path / "out", result_of(before.network))
+    a, b = before.network, after.network
+    assert [curve.id for curve in b.curves] == ([] if road == "no" else ["road"])
+    np.testing.assert_array_equal(b.curve_observations.photo_xy, a.curve_observations.photo_xy)
+    np.testing.assert_array_equal(b.point_observations.photo_xy, a.point_observations.photo_xy)
+
+
 SAMPLE = Path(__file__).resolve().parents[2] / "sample_projects" / "six_image_mixed" / "project.yaml"
 
 

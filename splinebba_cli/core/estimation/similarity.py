@@ -34,6 +34,11 @@ class SimilarityDirections:
     centre: FloatArray  # (3,)
     extent: float  # metres
 
+    @property
+    def count(self) -> int:
+        """Number of directions d."""
+        return int(self.orientation.shape[2])
+
     def combined(self, weights: FloatArray) -> SimilarityDirections:
         """Other columns G V, V (7, d)."""
         return replace(

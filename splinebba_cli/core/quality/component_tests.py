@@ -19,6 +19,7 @@ from splinebba_cli.core.quality.global_test import chi_square_quantile
 from splinebba_cli.core.quality.group_sums import GroupSum
 from splinebba_cli.core.quality.group_variances import GroupVariances
 from splinebba_cli.core.result import Problem
+from splinebba_cli.core.settings import OutlierPolicy
 
 FREEDOM_NEEDED = 5.0  # a sigma estimated with less is good to 1 / sqrt(2 f) = 32 % at best
 EXACT = 1e-6  # of the sigma used: measurements without noise say nothing about it
@@ -68,8 +69,13 @@ def differs(component: VarianceComponent, others: list[VarianceComponent], alpha
     return bool(2.0 * tail < alpha)
 
 
-def component_findings(components: tuple[VarianceComponent, ...], alpha: float) -> list[Problem]:
-    """Groups whose sigma does not fit to those of the others."""
+def component_findings(
+    components: tuple[VarianceComponent, ...], alpha: float, outliers: OutlierPolicy
+) -> list[Problem]:
+    """Groups whose sigma does not fit to those of the others.
+
+    Where residuals reduce weights, they make every estimate smaller: no sigma is then called too large.
+    """
     single = single_alpha(alpha, "sidak", len(components))
     found = []
     for k, own in enumerate(components):
@@ -79,6 +85,8 @@ def component_findings(components: tuple[VarianceComponent, ...], alpha: float) 
             continue
         factor = own.sigma0
         small = factor > 1.0
+        if outliers.reweights and not small:
+            continue
         size = factor if small else 1.0 / factor
         subject = f"group `{own.group}`"
         message = (

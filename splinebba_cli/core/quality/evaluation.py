@@ -9,6 +9,8 @@ import numpy as np
 
 from splinebba_cli.core.curves.registry import lasting_parameters
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
+from splinebba_cli.core.estimation.datum import free_directions
+from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.evidence import Evidence
 from splinebba_cli.core.network import Network
 from splinebba_cli.core.observations.coefficient_rows import GAUGE
@@ -26,6 +28,7 @@ from splinebba_cli.core.quality.full_dispersion import dispersion_blocks
 from splinebba_cli.core.quality.influences import influences
 from splinebba_cli.core.quality.inner_datum import STransformation
 from splinebba_cli.core.quality.linked_cofactors import LinkedCofactors, linked_cofactors
+from splinebba_cli.core.quality.local_findings import local_findings
 from splinebba_cli.core.quality.location_precision import location_cofactors
 from splinebba_cli.core.quality.model_evidence import AS_GIVEN, WeightFactors, with_model_evidence
 from splinebba_cli.core.quality.observation_effects import ObservationEffects
@@ -114,10 +117,12 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
         dispersion=dispersion_blocks(figures.cofactors, figures.scale) if full_dispersion else None,
         **tables,
     )
-    evidence = Evidence(tests=local_tests_of(result), influences=worst, precision=position_precision(result))
+    tests = local_tests_of(result)
+    evidence = Evidence(tests=tests, influences=worst, precision=position_precision(result))
     found = (
         *adjusted.problems,
         *findings(result),
+        *local_findings(result, tests),
         *check_findings(result.checks),
         *curve_findings(prepared, solution.state),
         *arc_findings(prepared, solution.state),
@@ -170,8 +175,9 @@ def _checks(figures: _Figures) -> Checks:
 
 
 def _datum(prepared: Prepared, solved: ConditionedSolution) -> STransformation | None:
-    """The way from the datum of the solution to an inner one, where that is wanted."""
-    if prepared.network.settings.datum != "inner":
+    """The way from the datum of the solution to an inner one, where that is wanted and something is free."""
+    layout, state = layout_of(prepared), solved.solution.state
+    if prepared.network.settings.datum != "inner" or not free_directions(prepared, layout, state).count:
         return None
     return STransformation.at(prepared, ObservationEffects(solved.assembler, solved.solution))
 

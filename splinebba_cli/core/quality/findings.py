@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from splinebba_cli.core.result import AdjustmentResult, Problem
+from splinebba_cli.core.result import AdjustmentResult, GlobalTest, Problem
 
 LITTLE = 0.02  # share of the redundancy that conditions may take without a word
 WEAK_RATIO = 3.0  # larger lateral semi-axis over its median in the network
@@ -33,8 +33,8 @@ def _global(result: AdjustmentResult) -> list[Problem]:
                 "measure more features or give more control",
             )
         )
-    elif not test.passed:
-        small = test.statistic < test.lower
+    elif not test.passed and not (_small(test) and result.network.settings.outliers.reweights):
+        small = _small(test)
         found.append(
             Problem(
                 "SBB531",
@@ -61,6 +61,11 @@ def _global(result: AdjustmentResult) -> list[Problem]:
             )
         )
     return found
+
+
+def _small(test: GlobalTest) -> bool:
+    """Whether it fails because the residuals are small; reduced weights alone make them so."""
+    return test.statistic < test.lower
 
 
 def _curves(result: AdjustmentResult) -> list[Problem]:

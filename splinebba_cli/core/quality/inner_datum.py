@@ -24,11 +24,14 @@ from splinebba_cli.core.estimation.parameters import ParameterLayout, layout_of
 from splinebba_cli.core.estimation.similarity import SimilarityDirections, moved_by, similarity_directions
 from splinebba_cli.core.network import BoolArray, DatumFeatures, FloatArray, IntArray, Network
 from splinebba_cli.core.quality.observation_effects import Effects, EquationColumns, ObservationEffects
+from splinebba_cli.core.result import Problem
 from splinebba_cli.core.state import Prepared, State
+from splinebba_cli.errors import SingularNetworkError
 
 FEWEST_POINTS = 3
 FITTING_STEPS = 20
 NEGLIGIBLE = 1e-13  # of the extent
+CARRIED = 1e-12  # smallest over largest eigenvalue of B'G: a lever of a millionth of the extent
 
 
 @dataclass(frozen=True)
@@ -75,7 +78,32 @@ def datum_columns(prepared: Prepared, state: State) -> DatumColumns:
         to_knots = basis.evaluate(knots, np.eye(basis.coefficient_count))
         coefficients[rows] = np.einsum("kc,ke,eid->cid", to_knots, to_knots, free.coefficients[rows])
     point = free.point * (points[:, None] * layout.point_mask)[:, :, None]
-    return DatumColumns(orientation, coefficients, point, free)
+    columns = DatumColumns(orientation, coefficients, point, free)
+    _require_carried(columns, (int(points.sum()), int(images.sum()), int(curves.sum())))
+    return columns
+
+
+def _require_carried(columns: DatumColumns, chosen: tuple[int, int, int]) -> None:
+    """Refuse features that some free similarity leaves where they are: B'G (positive semidefinite) is singular."""
+    size = np.linalg.eigvalsh(columns.onto(columns.directions))
+    if not len(size):
+        return
+    missing = int((size <= CARRIED * size[-1]).sum()) if size[-1] > 0.0 else len(size)
+    if missing:
+        named = ", ".join(
+            f"{count} {name}{'' if count == 1 else 's'}"
+            for count, name in zip(chosen, ("measured point", "image", "spline"), strict=True)
+            if count
+        )
+        problem = Problem(
+            "SBB523",
+            "error",
+            f"the datum features ({named or 'none of them is measured'}) do not carry the datum: {missing} of "
+            f"{len(size)} free directions of shift, rotation and scale stay free",
+            "datum",
+            "`adjustment: {datum_features: …}` needs at least three points, images or knots that are not in one line",
+        )
+        raise SingularNetworkError([problem])
 
 
 def _chosen(network: Network) -> tuple[BoolArray, BoolArray, BoolArray]:

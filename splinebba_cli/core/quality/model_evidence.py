@@ -55,7 +55,7 @@ def with_model_evidence(
         evidence = _with_biases(evidence, projector, result.statistics, numbers)
     problems = (
         *result.problems,
-        *component_findings(components, alpha),
+        *component_findings(components, alpha, result.network.settings.outliers),
         *group_findings(evidence.groups),
         *systematic_findings(evidence.systematic),
     )

@@ -1,5 +1,7 @@
 """Groups of observations of one precision: those that the project names, control and priors by their kind.
 
+Entries of one kind with the same name are one group.
+
 Gauge, shape and datum conditions are no group, nor are held values that became equations of very large weight.
 """
 
@@ -63,8 +65,13 @@ def observation_groups(network: Network) -> tuple[ObservationGroup, ...]:
 def _named(kind: ObservationKind, table: Measured) -> list[ObservationGroup]:
     if table.group is None:
         return [ObservationGroup(KIND_NAMES[kind], kind, np.arange(len(table)))]
-    names, group = table.group_names, table.group
-    return [ObservationGroup(name, kind, np.flatnonzero(group == k)) for k, name in enumerate(names)]
+    numbers: dict[str, list[int]] = {}
+    for number, name in enumerate(table.group_names):
+        numbers.setdefault(name, []).append(number)
+    return [
+        ObservationGroup(name, kind, np.flatnonzero(np.isin(table.group, own)))
+        for name, own in numbers.items()
+    ]
 
 
 def _weighted(sigma: FloatArray) -> IntArray:

@@ -13,7 +13,10 @@ CERTAIN = 1e-3  # probability by chance below which an effect is a warning
 EFFECTS = {
     "image mean": (
         "SBB547",
-        "the residuals of {subject} have a common part of {estimate:.2g} µm ({detail})",
+        (
+            "the residuals of {subject} have a common part of {estimate:.2g} µm ({detail}); its orientation takes up "
+            "all but {shown:.2g} % of a common error"
+        ),
         "look at the labels and the control in it, at its camera, and at film or scanner",
     ),
     "radial trend": (
@@ -61,7 +64,12 @@ def systematic_findings(effects: tuple[SystematicEffect, ...]) -> list[Problem]:
             key=lambda effect: -effect.statistic / effect.critical,
         )
         for effect in own[:NAMED]:
-            text = message.format(subject=effect.subject, estimate=effect.estimate, detail=effect.detail)
+            text = message.format(
+                subject=effect.subject,
+                estimate=effect.estimate,
+                detail=effect.detail,
+                shown=100.0 * effect.shown,
+            )
             text += _more(effect is own[min(NAMED, len(own)) - 1], len(own))
             found.append(Problem(code, _severity(effect.probability), text, effect.subject, help))
     return found

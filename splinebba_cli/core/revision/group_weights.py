@@ -29,8 +29,13 @@ def with_factors(network: Network, factors: Sequence[float] | FloatArray) -> Net
 
 
 def with_given_sigma(network: Network, components: tuple[VarianceComponent, ...]) -> Network:
-    """An adjusted network with the sigma of its groups as they were given, before their factors."""
-    return with_factors(network, [1.0 / each.factor for each in components]) if components else network
+    """An adjusted network with the sigma of its groups as they were given, before their factors.
+
+    A group of which nothing took part has no component and keeps its sigma.
+    """
+    factor = {(each.kind, each.group): each.factor for each in components}
+    groups = observation_groups(network)
+    return with_factors(network, [1.0 / factor.get((group.kind, group.name), 1.0) for group in groups])
 
 
 def _scaled(network: Network, group: ObservationGroup, factor: float) -> Network:

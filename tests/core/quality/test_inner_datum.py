@@ -23,7 +23,9 @@ from splinebba_cli.core.quality.inner_datum import STransformation, datum_column
 from splinebba_cli.core.quality.observation_effects import ObservationEffects
 from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.core.state import State, prepare
+from splinebba_cli.errors import SingularNetworkError
 from splinebba_cli.project.loading import load_project
+from splinebba_cli.simulation.six_image_block import simulate_block
 from tests.core.estimation.test_minimal_datum import free_network
 from tests.core.small_networks import dense_system, start_of
 
@@ -226,6 +228,32 @@ def test_adjusting_the_adjusted_values_changes_nothing() -> None:
     again = adjust(replace(network, images=images, points=points))
     moved = np.abs(again.images.eop[:, 3:] - first.images.eop[:, 3:]).max()
     assert moved < 1e-3 * np.sqrt(first.images.dispersion[:, 3:, 3:].max())
+
+
+@pytest.mark.parametrize(
+    "features",
+    [
+        DatumFeatures(points=("tie-1", "tie-2")),  # turns about the line through both
+        DatumFeatures(points=(), images=("1",)),
+        DatumFeatures(points=("nothing that is measured",)),
+    ],
+)
+def test_features_that_do_not_carry_the_datum_are_refused(features: DatumFeatures) -> None:
+    with pytest.raises(SingularNetworkError, match="do not carry the datum") as refused:
+        adjust(with_datum(features))
+    assert [problem.code for problem in refused.value.problems] == ["SBB523"]
+
+
+def test_an_inner_datum_of_a_network_that_control_determines_is_that_of_the_control() -> None:
+    network, _ = simulate_block("close-range-ring", 2, start_position_m=0.03, start_knots_m=0.015)
+    inner, control = (
+        adjust(replace(network, settings=replace(network.settings, datum="inner"))),
+        adjust(network),
+    )
+    assert inner.statistics.vtpv == pytest.approx(control.statistics.vtpv, rel=1e-9)
+    sigma = np.sqrt(np.einsum("mii->mi", control.images.dispersion))
+    assert np.abs((inner.images.eop - control.images.eop) / sigma).max() < 1e-6
+    np.testing.assert_allclose(inner.images.dispersion, control.images.dispersion, rtol=1e-9, atol=0.0)
 
 
 def test_external_reliability_in_a_free_network_is_that_of_the_dense_one() -> None:

@@ -117,3 +117,28 @@ def test_a_clean_block_stays_nearly_as_it_is() -> None:
     settings = replace(network.settings, weights=WeightPolicy(variance_components=True))
     for each in components(adjust(replace(network, settings=settings))).values():
         assert abs(each.factor - 1.0) <= 4.0 * each.sigma0_sigma
+
+
+def test_a_group_that_takes_no_part_keeps_its_given_sigma() -> None:
+    """Two groups, one of which was left out as a whole: it has no component, the other gets its factor back."""
+    network = two_groups(1)
+    used = observation_groups(network)
+    gone = next(group for group in used if group.kind == "spline")
+    components = tuple(
+        replace(adjusted().evidence.variance_components[0], kind=group.kind, group=group.name, factor=2.0)
+        for group in used
+        if group is not gone
+    )
+    given = with_given_sigma(network, components)
+    seen = network.curve_observations.sigma
+    expected = 0.5 * seen
+    expected[gone.rows] = seen[gone.rows]
+    np.testing.assert_array_equal(given.curve_observations.sigma, expected)
+    np.testing.assert_array_equal(given.point_observations.sigma, 0.5 * network.point_observations.sigma)
+
+
+def test_entries_with_the_same_name_are_one_group() -> None:
+    network = two_groups(1)
+    seen = replace(network.curve_observations, group_names=("both", "both"))
+    groups = [g for g in observation_groups(replace(network, curve_observations=seen)) if g.kind == "spline"]
+    assert [(group.name, len(group.rows)) for group in groups] == [("both", len(seen))]
