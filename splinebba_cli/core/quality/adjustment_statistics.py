@@ -43,6 +43,7 @@ def statistics_of(prepared: Prepared, solved: ConditionedSolution, numbers: Redu
     redundancy = equations + conditions - unknowns
     vtpv = at.cost * settings.sigma0_prior**2
     sigma0 = float(np.sqrt(vtpv / redundancy)) if redundancy > 0 else float("nan")
+    of_gauge = max(float(numbers.coefficient_rows[is_gauge].sum()), 0.0)
     condition_numbers: FloatArray = numbers.coefficient_rows[is_condition]
     return Statistics(
         observations=equations,
@@ -56,7 +57,7 @@ def statistics_of(prepared: Prepared, solved: ConditionedSolution, numbers: Redu
         vtpv=vtpv,
         sigma0_prior=settings.sigma0_prior,
         sigma0=sigma0,
-        global_test=global_test(vtpv, redundancy, settings.sigma0_prior, settings.alpha),
+        global_test=global_test(vtpv, redundancy, settings.sigma0_prior, settings.alpha, of_gauge),
     )
 
 

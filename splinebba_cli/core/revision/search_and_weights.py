@@ -25,6 +25,7 @@ from splinebba_cli.core.revision.variance_components import Weighted, estimate_w
 from splinebba_cli.core.state import Prepared
 
 ROUNDS = 5
+SETTLED = 1e-3  # of a factor of the weight
 
 
 @dataclass(frozen=True)
@@ -53,21 +54,25 @@ def searched_and_weighted(
     revised = revise(search, prepared, solved, resolve, observer)
     if not prepared.network.settings.weights.variance_components:
         return SearchedAndWeighted(revised, AS_GIVEN)
+    warned = (_reduced_weights(),) if prepared.network.settings.outliers.reweights else ()
     given = replace(revised.search.network, curves=revised.prepared.network.curves)
     start, weighted = revised, _weighted(revised, resolve)
     for _ in range(ROUNDS):
         factors = _by_name(start.prepared.network, weighted.weights)
         again = _searched_again(start, given, factors, weighted, resolve, observer)
-        if np.array_equal(again.factor, start.factor):
-            solution = replace(again, prepared=weighted.prepared, solved=weighted.solved)
-            return SearchedAndWeighted(solution, weighted.weights, weighted.problems)
+        if np.abs(again.factor - start.factor).max(initial=0.0) <= SETTLED:
+            start = again
+            break
         start = again
         weighted = _from_given(again, given, factors, resolve)
-    return SearchedAndWeighted(
-        replace(start, prepared=weighted.prepared, solved=weighted.solved),
-        weighted.weights,
-        weighted.problems,
-    )
+    solution = replace(start, prepared=weighted.prepared, solved=weighted.solved)
+    return SearchedAndWeighted(solution, weighted.weights, (*weighted.problems, *warned))
+
+
+def _reduced_weights() -> Problem:
+    message = "variance components from residuals with reduced weights are too small"
+    help = "estimate σ together with `outliers: {method: snooping}`, or with none"
+    return Problem("SBB552", "warning", message, "variance components", help)
 
 
 Factors = dict[tuple[str, str], float]
