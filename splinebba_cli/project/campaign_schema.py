@@ -5,7 +5,7 @@ Keys that are not named here may be added without a new version of the format.
 
 from __future__ import annotations
 
-from splinebba_cli.project.result_schema import (
+from splinebba_cli.project.schema_parts import (
     COUNT,
     EOP_KEYS,
     FLAG,

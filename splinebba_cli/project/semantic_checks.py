@@ -50,7 +50,7 @@ def check_images_seen(building: Building, images: ImageRows, kinds: Sequence[Obs
             message = f"image `{name}` has no observations"
             building.collector.warning("SBB303", message, place, help, kind="images without observations")
         else:
-            help = "measure something in it, or remove it"
+            help = "measure something in it, or remove it; rows with `use: no` do not count"
             message = f"image `{name}` has no observations"
             building.collector.error("SBB303", message, place, help, kind="images without observations")
 

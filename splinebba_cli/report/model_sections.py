@@ -80,7 +80,7 @@ def groups_section(data: ResultData) -> Section:
     found = data.content.get("group_tests", {"tests": []})
     tests = sorted(found["tests"], key=lambda test: -test["statistic"] / test["critical"])
     if not tests:
-        return Section("groups", "Groups", ())
+        return Section("groups", "Common errors", ())
     columns = (
         Column("Group", numeric=False),
         Column("Equations"),
@@ -115,7 +115,7 @@ def groups_section(data: ResultData) -> Section:
     table = Table(
         "Common errors, the most suspicious first", columns, tuple(rows), marked, "group_tests.csv", note=note
     )
-    return Section("groups", "Groups", (table,))
+    return Section("groups", "Common errors", (table,))
 
 
 def _vector(values: list[float | None], factor: float, unit: str) -> str:
