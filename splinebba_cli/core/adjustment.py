@@ -78,9 +78,13 @@ def adjust(
     prepared = prepare(search.part.network)
     start, problems = starting_state(prepared)
     state, started = start, time.perf_counter()
+    staged = True
     if network.settings.outliers.start == "high_breakdown":
-        search, prepared, state = robust_start(search, prepared, state, record)
-    prepared, state = _staged(prepared, state, record)
+        found_start = robust_start(search, prepared, state, record)
+        search, prepared, state = found_start.search, found_start.prepared, found_start.state
+        staged = not (found_start.solved and network.settings.knots == KnotPolicy())
+    if staged:
+        prepared, state = _staged(prepared, state, record)
     prepared, solved = _final(prepared, state, record)
     found = searched_and_weighted(search, prepared, solved, resolve, record)
     revised = found.revised

@@ -14,13 +14,16 @@ import numpy as np
 from splinebba_cli.core.estimation.gauss_markov import Observer
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.quality.critical_values import critical_value
+from splinebba_cli.core.revision.curve_restarts import restarted
 from splinebba_cli.core.revision.data_snooping import companions
-from splinebba_cli.core.revision.graduated_weights import graduated
+from splinebba_cli.core.revision.graduated_weights import graduated, settled
 from splinebba_cli.core.revision.revision_log import RevisionLog
 from splinebba_cli.core.revision.reweighting import MAD_TO_SIGMA, one_value
 from splinebba_cli.core.revision.weighted_solution import WeightedNetwork, WeightedSolution
 from splinebba_cli.core.state import Prepared, State
 
+# a knot that slides far gives its curve hairpins with which it reaches gross errors
+SLIDING = 0.003  # of the sigma of gauge conditions
 FAR_OUT = 0.2  # weight of a residual of 1.1 times the scale: out where there is no solution to judge it by
 
 
@@ -30,6 +33,7 @@ class HighBreakdownStart:
 
     state: State
     factor: FloatArray  # (N,)
+    solved: bool  # whether the weighted network has a solution, and the state is it
 
 
 def high_breakdown_start(
@@ -43,8 +47,12 @@ def high_breakdown_start(
     excluded : (N,) factors 1 and 0; what is 0 stays out
     log : is written on
     """
+    held = WeightedNetwork(prepared, state, None, observer, "start", SLIDING)
+    factor, after = graduated(held, state, excluded)
+    if prepared.network.curves:
+        factor, after = restarted(prepared, held.listed, state, after, excluded, SLIDING)
     network = WeightedNetwork(prepared, state, None, observer, "start")
-    factor, state = graduated(network, state, excluded)
+    factor, state = settled(network, after, factor, excluded)
     found = network.solve(factor, state)
     if found is None:
         gone = np.flatnonzero((factor < FAR_OUT) & (excluded > 0.0))
@@ -58,7 +66,7 @@ def high_breakdown_start(
     kept = excluded.copy()
     kept[every] = 0.0
     log.reject(every, 0, own + reasons, value[every])
-    return HighBreakdownStart(state, kept)
+    return HighBreakdownStart(state, kept, found is not None)
 
 
 def _beyond(
