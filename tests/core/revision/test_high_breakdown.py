@@ -34,6 +34,14 @@ def test_three_in_ten_errors_are_taken_out_and_the_good_ones_return() -> None:
     assert any(each.round == 0 for each in result.revision.rejections)
 
 
+def test_the_adjustment_goes_on_from_the_solution_of_the_start() -> None:
+    """Stages of their own would begin with shapes that the start has left."""
+    result = adjust(with_policy(contaminated(clean(), 0.1, SEED), ROBUST))
+    stages = {each.stage for each in result.iterations}
+    assert {"start", "joint"} <= stages
+    assert not {"points", "control", "curves"} & stages
+
+
 def test_it_is_the_same_every_time() -> None:
     network = with_policy(contaminated(clean(), 0.1, SEED), ROBUST)
     first, second = adjust(network), adjust(network)
