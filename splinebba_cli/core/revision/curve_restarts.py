@@ -18,7 +18,7 @@ from splinebba_cli.core.estimation.curve_stage import curves_alone, merged, solv
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.core.observations.locations import held_locations, search_locations
-from splinebba_cli.core.revision.graduated_weights import last_scale, residual_size, weights
+from splinebba_cli.core.revision.graduated_weights import costs, last_scale, residual_size, weights
 from splinebba_cli.core.revision.observation_list import CURVES, DISTANCES, ObservationList
 from splinebba_cli.core.revision.observation_weights import faintly_weighted
 from splinebba_cli.core.state import Prepared, State
@@ -92,7 +92,7 @@ class _Curves:
     def _cost(self, at: Linearization) -> FloatArray:
         r = residual_size(self.listed, at)
         linked = slice(int(self.listed.starts[CURVES]), int(self.listed.starts[DISTANCES]))
-        rho = (self.excluded * r**2 / (1.0 + (r / self.last) ** 2))[linked]
+        rho = costs(r, self.last, self.excluded)[linked]
         network = self.assembler.prepared.network
         curve = self.listed.feature[linked] - len(network.points.ids)
         cost = np.bincount(curve, rho, minlength=len(network.curves))

@@ -57,8 +57,9 @@ def graduated(network: WeightedNetwork, state: State, excluded: FloatArray) -> t
 
 def settled(
     network: WeightedNetwork, state: State, factor: FloatArray, excluded: FloatArray
-) -> tuple[FloatArray, State]:
-    """Weights (N,) and state after more steps with the last scale, from weights and a state that are nearly right."""
+) -> tuple[float, FloatArray, State]:
+    """Robust cost, weights (N,) and state after more steps with the last scale; all of them nearly right before."""
+    cost = np.inf
     for _ in range(SETTLING):
         try:
             solution = network.iterate(factor, state, ITERATIONS, CURVE_DAMPING)
@@ -66,10 +67,15 @@ def settled(
             break
         state = solution.state
         before, r = factor, residual_size(network.listed, solution.linearization, factor)
-        factor = weights(r, last_scale(r, excluded), excluded)
+        factor, cost = weights(r, last_scale(r, excluded), excluded), float(costs(r, NARROW, excluded).sum())
         if np.abs(factor - before).max(initial=0.0) <= SETTLED:
             break
-    return factor, state
+    return cost, factor, state
+
+
+def costs(r: FloatArray, scale: float, excluded: FloatArray) -> FloatArray:
+    """What these weights make least in sum: r^2 / (1 + (r / s)^2) of residuals (N,)."""
+    return np.asarray(excluded * r**2 / (1.0 + (r / scale) ** 2))
 
 
 def usual_size(r: FloatArray, excluded: FloatArray) -> float:
