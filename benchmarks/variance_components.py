@@ -179,7 +179,7 @@ def effects(runs: int = 100) -> None:
         print(f"{name} ({count} runs): {line}")
 
 
-def strasbourg() -> None:
+def strasbourg_groups() -> Network:
     """Points of the Strasbourg block: manual points with σ 0.5 px, automatic ones with 1 px, as two groups."""
     from tests.reference_data import STRASBOURG_PIXEL_MM, strasbourg_points_network
 
@@ -187,7 +187,12 @@ def strasbourg() -> None:
     seen = network.point_observations
     group = (seen.sigma[:, 0] > 0.75 * STRASBOURG_PIXEL_MM).astype(np.int64)
     named = replace(seen, group=group, group_names=("manual, 0.5 px", "automatic, 1 px"))
-    network = replace(network, point_observations=named)
+    return replace(network, point_observations=named)
+
+
+def strasbourg() -> None:
+    """What tests and variance components say of both groups, with the given and with estimated σ."""
+    network = strasbourg_groups()
     for estimate in (False, True):
         weights = WeightPolicy(variance_components=estimate)
         result = adjust(replace(network, settings=replace(network.settings, weights=weights)))

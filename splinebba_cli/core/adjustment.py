@@ -34,7 +34,7 @@ from splinebba_cli.core.quality.inner_datum import fitted_state
 from splinebba_cli.core.quality.moved_references import with_moved_references
 from splinebba_cli.core.result import AdjustmentResult, Iteration, Problem
 from splinebba_cli.core.revision.restoration import restored
-from splinebba_cli.core.revision.revise import begin_search, robust_start
+from splinebba_cli.core.revision.revise import Search, begin_search, robust_start
 from splinebba_cli.core.revision.search_and_weights import searched_and_weighted
 from splinebba_cli.core.state import Prepared, State, initial_coefficients, prepare
 from splinebba_cli.errors import NotConvergedError, SingularNetworkError
@@ -79,9 +79,7 @@ def adjust(
     prepared = prepare(search.part.network)
     start, problems = starting_state(prepared)
     state, started = start, time.perf_counter()
-    if network.settings.outliers.start == "high_breakdown":
-        search, prepared, state = robust_start(search, prepared, state, record)
-    prepared, state = _staged(prepared, state, record)
+    search, prepared, state = _begun(search, prepared, state, record)
     prepared, solved = _final(prepared, state, record)
     found = searched_and_weighted(search, prepared, solved, resolve, record)
     revised = found.revised
@@ -97,6 +95,23 @@ def adjust(
         "quality_s": time.perf_counter() - solution_end,
     }
     return replace(result, timings=timings)
+
+
+def _begun(
+    search: Search, prepared: Prepared, state: State, record: Observer
+) -> tuple[Search, Prepared, State]:
+    """Search, network and state with which the joint adjustment begins.
+
+    A high-breakdown start that has solved everything together is better than stages; knots of its own choice the
+    program can only find in stages.
+    """
+    settings = search.network.settings
+    if settings.outliers.start == "high_breakdown":
+        robust = robust_start(search, prepared, state, record)
+        search, prepared, state = robust.search, robust.prepared, robust.state
+        if robust.solved and settings.knots == KnotPolicy():
+            return search, prepared, state
+    return search, *_staged(prepared, state, record)
 
 
 def _staged(prepared: Prepared, state: State, record: Observer) -> tuple[Prepared, State]:

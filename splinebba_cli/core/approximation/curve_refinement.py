@@ -22,19 +22,14 @@ from splinebba_cli.core.approximation.knot_spacing import (
     restart,
 )
 from splinebba_cli.core.estimation.curve_folding import folded_segments
-from splinebba_cli.core.estimation.curve_stage import solve_curves
+from splinebba_cli.core.estimation.curve_stage import curves_alone, solve_curves
 from splinebba_cli.core.estimation.damping import curve_costs
 from splinebba_cli.core.estimation.gauss_markov import Observer
-from splinebba_cli.core.estimation.normal_equations import Assembler
-from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.network import BoolArray, FloatArray
 from splinebba_cli.core.observations.coefficient_rows import (
-    concatenate_rows,
-    gauge_rows,
     knot_distance,
 )
 from splinebba_cli.core.observations.locations import held_locations, search_locations
-from splinebba_cli.core.observations.shape_conditions import control_rows
 from splinebba_cli.core.state import Prepared, State
 
 WAYS = (
@@ -177,12 +172,7 @@ def _drop(best: Candidate, observer: Observer | None) -> Candidate:
 
 def _adjusted(prepared: Prepared, state: State, observer: Observer | None) -> Candidate:
     """All curves adjusted with orientations and points held, and priced."""
-    layout = layout_of(prepared).hold_images()
-    rows = [
-        control_rows(prepared, layout.coefficient_mask),
-        gauge_rows(prepared, layout.coefficient_mask, prepared.network.settings.gauge_sigma_m),
-    ]
-    assembler = Assembler(prepared, layout, concatenate_rows(rows, prepared.curves.support))
+    assembler = curves_alone(prepared)
     knots = np.diff(prepared.curves.coefficient_start)
     try:
         state = solve_curves(assembler, state, max_iterations=ITERATIONS, observer=observer)

@@ -16,13 +16,29 @@ from splinebba_cli.core.estimation.curve_folding import folded_segments
 from splinebba_cli.core.estimation.damping import curve_costs
 from splinebba_cli.core.estimation.gauss_markov import Observer
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
+from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
+from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
 from splinebba_cli.core.observations.locations import held_locations, refine_locations, search_locations
+from splinebba_cli.core.observations.shape_conditions import control_rows
 from splinebba_cli.core.result import Iteration
-from splinebba_cli.core.state import State, on_shape
+from splinebba_cli.core.state import Prepared, State, on_shape
 
 START_DAMPING, SMALLEST_DAMPING, LARGEST_DAMPING = 1e-3, 1e-8, 1e6
 SETTLED = 1e-3  # relative decrease below which a curve has settled well enough for a start
+
+
+def curves_alone(prepared: Prepared, sliding: float = 1.0) -> Assembler:
+    """Equations of all curves with the orientations held and all gauge conditions kept.
+
+    Parameters
+    ----------
+    sliding : factor of the sigma of gauge conditions
+    """
+    layout = layout_of(prepared).hold_images()
+    gauge = gauge_rows(prepared, layout.coefficient_mask, prepared.network.settings.gauge_sigma_m)
+    rows = [control_rows(prepared, layout.coefficient_mask), gauge.with_sigma_times(sliding)]
+    return Assembler(prepared, layout, concatenate_rows(rows, prepared.curves.support))
 
 
 def solve_curves(
@@ -63,7 +79,9 @@ def solve_curves(
             better, np.maximum(0.2 * damping, SMALLEST_DAMPING), 10.0 * np.maximum(damping, 1e-5)
         )
         if better.any():
-            state = _merge(assembler, at.state, trial.state if trial is not None else at.state, better)
+            state = merged(
+                assembler.prepared, at.state, trial.state if trial is not None else at.state, better
+            )
             at = assembler.linearize(state, held_locations(assembler.prepared, state.location))
             cost, folds = curve_costs(assembler, at), folded_segments(assembler.prepared, state.coefficients)
         if settled.all():
@@ -106,11 +124,11 @@ def _evaluate(
     return trial, curve_costs(assembler, trial), folds
 
 
-def _merge(assembler: Assembler, old: State, new: State, better: BoolArray) -> State:
+def merged(prepared: Prepared, old: State, new: State, better: BoolArray) -> State:
     """New values for the curves that got better, old ones for the others."""
-    curves = assembler.prepared.curves
+    curves = prepared.curves
     of_coefficient = np.repeat(np.arange(len(curves.bases)), np.diff(curves.coefficient_start))
-    measured = assembler.prepared.network.curve_observations.curve
+    measured = prepared.network.curve_observations.curve
     return replace(
         old,
         coefficients=np.where(better[of_coefficient][:, None], new.coefficients, old.coefficients),

@@ -109,6 +109,21 @@ def solve(
     return Solution(at, None, None, False, reason, tuple(run.log), restless=run.restless)
 
 
+def solution_at(assembler: Assembler, state: State) -> Solution:
+    """Equations and factor at a state that is known to be a solution; not converged where the matrix is singular.
+
+    Raises
+    ------
+    FloatingPointError
+        If the state puts something behind a camera.
+    """
+    at = _linearized(assembler, search_locations(assembler.prepared, state))
+    step = _damped_step(assembler, at, Damping.starting(assembler, 0.0), stiff=False)
+    if step is None:
+        return Solution(at, None, None, False, "normal matrix is singular", ())
+    return Solution(at, step.factor, step.eliminated, True, "known solution", ())
+
+
 @dataclass
 class _Run:
     """The changing part of the iterations: damping, and what the last steps did."""

@@ -9,7 +9,7 @@ Every row touches at most w coefficients.  (theory, sections 6 and 7)
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -59,6 +59,16 @@ class CoefficientRows:
         """The quadratic rows and the coefficients under them."""
         shape = np.flatnonzero(self.component == SHAPE)
         return shape, coefficients[self.columns[shape]]
+
+    def with_sigma_times(self, factor: float) -> CoefficientRows:
+        """The same rows with all sigma multiplied."""
+        return replace(
+            self,
+            jacobian=self.jacobian / factor,
+            target=self.target / factor,
+            sigma=self.sigma * factor,
+            curvature=self.curvature / factor,
+        )
 
     def select(self, keep: IntArray) -> CoefficientRows:
         """Some of the rows."""

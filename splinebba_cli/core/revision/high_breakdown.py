@@ -14,13 +14,17 @@ import numpy as np
 from splinebba_cli.core.estimation.gauss_markov import Observer
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.quality.critical_values import critical_value
+from splinebba_cli.core.revision.curve_restarts import restarted
 from splinebba_cli.core.revision.data_snooping import companions
-from splinebba_cli.core.revision.graduated_weights import graduated
+from splinebba_cli.core.revision.graduated_weights import graduated, settled
 from splinebba_cli.core.revision.revision_log import RevisionLog
 from splinebba_cli.core.revision.reweighting import MAD_TO_SIGMA, one_value
 from splinebba_cli.core.revision.weighted_solution import WeightedNetwork, WeightedSolution
 from splinebba_cli.core.state import Prepared, State
 
+# of the sigma of gauge conditions: knots that slide far make hairpins to reach gross errors with; knots that are held
+# cannot make up for approximate values that are badly spaced
+SLIDING = (0.003, 1.0)
 FAR_OUT = 0.2  # weight of a residual of 1.1 times the scale: out where there is no solution to judge it by
 
 
@@ -30,6 +34,7 @@ class HighBreakdownStart:
 
     state: State
     factor: FloatArray  # (N,)
+    solved: bool  # whether the weighted network has a solution, and the state is it
 
 
 def high_breakdown_start(
@@ -44,7 +49,9 @@ def high_breakdown_start(
     log : is written on
     """
     network = WeightedNetwork(prepared, state, None, observer, "start")
-    factor, state = graduated(network, state, excluded)
+    ways = SLIDING if prepared.network.curves else SLIDING[:1]
+    ends = [_narrowed(network, state, excluded, sliding) for sliding in ways]
+    _, factor, state = min(ends, key=lambda end: end[0])
     found = network.solve(factor, state)
     if found is None:
         gone = np.flatnonzero((factor < FAR_OUT) & (excluded > 0.0))
@@ -58,7 +65,22 @@ def high_breakdown_start(
     kept = excluded.copy()
     kept[every] = 0.0
     log.reject(every, 0, own + reasons, value[every])
-    return HighBreakdownStart(state, kept)
+    return HighBreakdownStart(state, kept, found is not None)
+
+
+def _narrowed(
+    network: WeightedNetwork, state: State, excluded: FloatArray, sliding: float
+) -> tuple[float, FloatArray, State]:
+    """Robust cost, weights (N,) and state when the scale has come down, knots held from sliding on the way."""
+    prepared = network.prepared
+    held = WeightedNetwork(prepared, state, None, network.observer, network.stage, sliding)
+    factor, after = graduated(held, state, excluded)
+    if prepared.network.curves:
+        try:
+            factor, after = restarted(prepared, held.listed, state, after, excluded, sliding)
+        except FloatingPointError:  # as behind a camera: what is left judges by its weights
+            return np.inf, factor, after
+    return settled(network, after, factor, excluded)
 
 
 def _beyond(

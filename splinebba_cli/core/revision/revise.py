@@ -17,6 +17,7 @@ from splinebba_cli.core.estimation.conditioned_solution import ConditionedSoluti
 from splinebba_cli.core.estimation.gauss_markov import Observer
 from splinebba_cli.core.network import FloatArray, Network
 from splinebba_cli.core.quality.determinacy import weak_images
+from splinebba_cli.core.result import Problem
 from splinebba_cli.core.revision.data_snooping import companions, snoop
 from splinebba_cli.core.revision.high_breakdown import high_breakdown_start
 from splinebba_cli.core.revision.observation_list import KINDS, ObservationList
@@ -27,7 +28,7 @@ from splinebba_cli.core.revision.robust_orientation import robust_orientation
 from splinebba_cli.core.revision.weighted_solution import WeightedNetwork, WeightedSolution
 from splinebba_cli.core.settings import OutlierPolicy
 from splinebba_cli.core.state import Prepared, State, prepare
-from splinebba_cli.errors import SingularNetworkError
+from splinebba_cli.errors import NotConvergedError, SingularNetworkError
 
 Resolve = Callable[[Prepared, State], ConditionedSolution]
 
@@ -76,21 +77,30 @@ def begin_search(network: Network) -> Search:
     return Search(network, listed, factor, factor, part, RevisionLog(listed))
 
 
-def robust_start(
-    search: Search, prepared: Prepared, state: State, observer: Observer | None
-) -> tuple[Search, Prepared, State]:
+@dataclass(frozen=True)
+class RobustStart:
+    """Where a high-breakdown start ends, for the adjustment to go on from."""
+
+    search: Search  # without what it has found
+    prepared: Prepared  # of what takes part
+    state: State
+    solved: bool  # whether the state is a solution of everything together
+
+
+def robust_start(search: Search, prepared: Prepared, state: State, observer: Observer | None) -> RobustStart:
     """The search without what a high-breakdown start finds, and the state that it reaches."""
     full = prepare(search.network)
     state = robust_orientation(search.part.network, state, observer)
     everything = expanded(state, search.part, len(search.network.curve_observations))
     found = high_breakdown_start(full, everything, search.factor, search.log, observer)
     if not search.log.entries:
-        return search, prepared, search.part.state(found.state)
+        return RobustStart(search, prepared, search.part.state(found.state), found.solved)
     part = reduced(search.listed, found.factor, found.state.xyz)
-    return (
+    return RobustStart(
         replace(search, factor=found.factor, part=part),
         prepare(part.network),
         part.state(found.state),
+        found.solved,
     )
 
 
@@ -125,13 +135,34 @@ def revise(
     search = replace(search, network=network, listed=listed)
     search.log.listed = listed
     state = expanded(solved.solution.state, search.part, len(network.curve_observations))
-    everything = WeightedNetwork(prepare(network), state, solved.conditions, observer)
-    now = everything.solve(search.factor, state)
+    everything, now = _of_everything(network, state, solved, search.factor, observer)
     if now is None:
+        if out:
+            raise NotConvergedError([_UNPREDICTED])
         return replace(unchanged, stopped="unsolved")
     unchanged = replace(unchanged, search=search, against=now)
     now, rounds, stopped = _searched(everything, now, policy, search)
     return _last(search, everything, now, resolve, unchanged, rounds, stopped)
+
+
+_UNPREDICTED = Problem(
+    "SBB543",
+    "error",
+    "the network was solved without the observations that are out, but these could not be predicted from it",
+    "outliers",
+    "give the splines fewer knots or better approximate values, or `adjustment.gauge_conditions: all`",
+)
+
+
+def _of_everything(
+    network: Network, state: State, solved: ConditionedSolution, factor: FloatArray, observer: Observer | None
+) -> tuple[WeightedNetwork, WeightedSolution | None]:
+    """All measurements with their weights at a joint solution of those that take part.
+
+    It is their solution, too: where the iterations, begun again there, do not settle, it stands as it is.
+    """
+    everything = WeightedNetwork(prepare(network), state, solved.conditions, observer)
+    return everything, everything.solve(factor, state) or everything.known(factor, state)
 
 
 def _searched(

@@ -8,7 +8,7 @@ import numpy as np
 
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
 from splinebba_cli.core.estimation.datum import datum_layout
-from splinebba_cli.core.estimation.gauss_markov import STATIONARY, Observer, Solution, solve
+from splinebba_cli.core.estimation.gauss_markov import STATIONARY, Observer, Solution, solution_at, solve
 from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
@@ -46,11 +46,20 @@ class WeightedNetwork:
         conditions: IntArray | None,
         observer: Observer | None,
         stage: str = "outliers",
+        sliding: float = 1.0,
     ) -> None:
-        """`prepared` has all measurements with their given sigma; `conditions` None keeps all of them."""
+        """All of a network.
+
+        Parameters
+        ----------
+        prepared : all measurements with their given sigma
+        conditions : gauge conditions that are kept; None keeps all of them
+        sliding : factor of the sigma of gauge conditions: how far knots may slide along their curves
+        """
         settings = prepared.network.settings
         layout = datum_layout(prepared, state)
         gauge = gauge_rows(prepared, layout.coefficient_mask, settings.gauge_sigma_m)
+        gauge = gauge.with_sigma_times(sliding)
         self.conditions = np.arange(len(gauge)) if conditions is None else conditions
         control = control_rows(prepared, layout.coefficient_mask)
         rows = concatenate_rows([control, gauge.select(self.conditions)], prepared.curves.support)
@@ -99,8 +108,19 @@ class WeightedNetwork:
     def solve(self, factor: FloatArray, state: State) -> WeightedSolution | None:
         """The solution with the factors (N,) of the weights; None where there is none."""
         solution = self._converged(factor, state)
-        if solution is None:
+        return None if solution is None else self._judged(factor, solution)
+
+    def known(self, factor: FloatArray, state: State) -> WeightedSolution | None:
+        """The same where the state is known to be the solution with these factors; None where it is singular."""
+        weighted = faintly_weighted(self.prepared, self.listed, factor)
+        self._assembler = self._assembler.with_weights(weighted)
+        try:
+            solution = solution_at(self._assembler, state)
+        except (FloatingPointError, np.linalg.LinAlgError):
             return None
+        return self._judged(factor, solution) if solution.converged else None
+
+    def _judged(self, factor: FloatArray, solution: Solution) -> WeightedSolution:
         solved = ConditionedSolution(self._assembler, solution, self.conditions)
         statistics = local_statistics(self.listed, factor, solved)
         self._noise = max(1.0, statistics.sigma0)

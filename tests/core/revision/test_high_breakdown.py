@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from benchmarks.blunder_cases import (
@@ -14,6 +16,7 @@ from benchmarks.blunder_cases import (
 )
 from splinebba_cli.core.adjustment import adjust
 from splinebba_cli.core.settings import OutlierPolicy
+from splinebba_cli.simulation.six_image_block import simulate_block
 from tests.core.revision.test_data_snooping import clean
 
 ROBUST = OutlierPolicy("snooping", "high_breakdown", max_share=0.5)
@@ -32,6 +35,26 @@ def test_three_in_ten_errors_are_taken_out_and_the_good_ones_return() -> None:
     assert largest_shift(block.result, result) < 3.0
     assert result.revision.start == "high_breakdown"
     assert any(each.round == 0 for each in result.revision.rejections)
+
+
+def test_badly_spaced_knots_are_no_reason_to_reject() -> None:
+    """Knots wrong by up to 10 m of 100: held there they bend the curves wrongly, and hundreds of good points fail."""
+    seed, kind = 4, "six-image"
+    block = clean_block(seed, kind)
+    rough = simulate_block(kind, seed, start_knots_m=10.0)[0]
+    curves = tuple(replace(curve, reference=None) for curve in rough.curves)
+    network = replace(contaminated(block, 0.2, seed), curves=curves)
+    result = adjust(with_policy(network, ROBUST))
+    assert largest_shift(block.result, result) < 3.0
+    assert result.revision.rejected <= 1.1 * len(planted_rows(block, 0.2, seed)[0])
+
+
+def test_the_adjustment_goes_on_from_the_solution_of_the_start() -> None:
+    """Stages of their own would begin with shapes that the start has left."""
+    result = adjust(with_policy(contaminated(clean(), 0.1, SEED), ROBUST))
+    stages = {each.stage for each in result.iterations}
+    assert {"start", "joint"} <= stages
+    assert not {"points", "control", "curves"} & stages
 
 
 def test_it_is_the_same_every_time() -> None:
