@@ -19,8 +19,7 @@ from functools import cache
 
 import numpy as np
 from scipy import sparse
-from scipy.optimize import brentq
-from scipy.special import chdtr, chdtrc, chndtr, fdtrc, fdtri
+from scipy.special import chdtrc, chndtrinc, fdtrc, fdtri
 
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.core.quality.critical_values import single_alpha
@@ -99,18 +98,9 @@ def noncentrality_of(alpha: float, power: float, freedom: int) -> float:
 
     17.07 = 4.13^2 for alpha = 0.001, power 0.8 and one degree (Baarda 1968).
     """
-    critical = chi_square_quantile(1.0 - alpha, freedom)
-
-    def lack(value: float) -> float:
-        found = chdtr(freedom, critical) if value == 0.0 else chndtr(critical, freedom, value)
-        return power - 1.0 + float(found)
-
-    if lack(0.0) <= 0.0:
+    if power <= alpha:
         return 0.0
-    upper = critical + 1.0
-    while lack(upper) > 0.0:
-        upper *= 2.0
-    return float(brentq(lack, 0.0, upper, xtol=1e-10))
+    return float(chndtrinc(chi_square_quantile(1.0 - alpha, freedom), freedom, 1.0 - power))
 
 
 def bias_tests(

@@ -9,8 +9,7 @@ power                             P(|N(delta0, 1)| > k) = 1 - beta
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.special import ndtr, ndtri, stdtrit
+from scipy.special import chndtrinc, ndtr, ndtri, stdtrit
 
 from splinebba_cli.core.settings import LocalTesting, Multiplicity
 
@@ -55,8 +54,6 @@ def noncentrality(alpha: float, power: float) -> float:
 
     4.13 for alpha = 0.001 and power 0.8 (Baarda 1968).  0 where the power is not above alpha.
     """
-    critical = critical_w(alpha)
     if power <= alpha:
         return 0.0
-    upper = critical + float(ndtri(power)) + 1.0 if power > 0.5 else critical + 1.0
-    return float(brentq(lambda delta: power_of_w(delta, critical) - power, 0.0, upper, xtol=1e-12))
+    return float(np.sqrt(chndtrinc(critical_w(alpha) ** 2, 1.0, 1.0 - power)))  # w^2 is noncentral chi-square
