@@ -50,13 +50,20 @@ class SimilarityDirections:
 
     def reduced(self, layout: ParameterLayout) -> FloatArray:
         """Rows of the reduced unknowns, (N, d)."""
-        count = self.orientation.shape[2]
-        out = np.zeros((int(layout.node_starts[-1]), count))
-        out[: layout.image_mask.size] = self.orientation.reshape(-1, count)
-        out[layout.unknown_of_coefficient[:, None] + np.arange(3)] = self.coefficients
-        kept = layout.kept_points
-        out[layout.unknown_of_point[kept]] = self.point[kept]
-        return out
+        return reduced_rows(layout, self.orientation, self.coefficients, self.point)
+
+
+def reduced_rows(
+    layout: ParameterLayout, orientation: FloatArray, coefficients: FloatArray, point: FloatArray
+) -> FloatArray:
+    """Columns over all unknowns (m, 6, d), (C, 3, d), (n, 3, d) as rows of the reduced ones, (N, d)."""
+    count = orientation.shape[2]
+    out = np.zeros((int(layout.node_starts[-1]), count))
+    out[: layout.image_mask.size] = orientation.reshape(-1, count)
+    out[layout.unknown_of_coefficient[:, None] + np.arange(3)] = coefficients
+    kept = layout.kept_points
+    out[layout.unknown_of_point[kept]] = point[kept]
+    return out
 
 
 def similarity_directions(prepared: Prepared, state: State) -> SimilarityDirections:

@@ -21,7 +21,12 @@ import numpy as np
 
 from splinebba_cli.core.estimation.datum import free_directions
 from splinebba_cli.core.estimation.parameters import ParameterLayout, layout_of
-from splinebba_cli.core.estimation.similarity import SimilarityDirections, moved_by, similarity_directions
+from splinebba_cli.core.estimation.similarity import (
+    SimilarityDirections,
+    moved_by,
+    reduced_rows,
+    similarity_directions,
+)
 from splinebba_cli.core.network import BoolArray, DatumFeatures, FloatArray, IntArray, Network
 from splinebba_cli.core.quality.observation_effects import Effects, EquationColumns, ObservationEffects
 from splinebba_cli.core.result import Problem
@@ -174,7 +179,8 @@ class STransformation:
         columns = datum_columns(prepared, effects.at.state)
         layout, count = effects.assembler.layout, columns.orientation.shape[2]
         sides = EquationColumns(
-            _rows_of(columns, layout) * layout.reduced_mask()[:, None],
+            reduced_rows(layout, columns.orientation, columns.coefficients, columns.point)
+            * layout.reduced_mask()[:, None],
             columns.point * (layout.node_of_point < 0)[:, None, None],
         )
         found = effects.of(sides, np.ones(count))  # Q B
@@ -202,6 +208,13 @@ class STransformation:
         """Cofactors of the points, (n, 3, 3)."""
         return blocks - _both(self.columns.directions.point, self.partner.point)
 
+    def of_points_together(self, cofactors: FloatArray, points: IntArray) -> FloatArray:
+        """Cofactors of the coordinates of some points together, (3 k, 3 k)."""
+        rows = (
+            each.point[points].reshape(len(cofactors), -1) for each in (self.columns.directions, self.partner)
+        )
+        return cofactors - _both(*rows)
+
     def of_points_with_images(self, blocks: FloatArray, image: IntArray, point: IntArray) -> FloatArray:
         """Cofactors of images with the points that they see, (n_obs, 6, 3)."""
         free, partner = self.columns.directions, self.partner
@@ -211,10 +224,13 @@ class STransformation:
 
     def of_reduced(self, cofactors: FloatArray, layout: ParameterLayout) -> FloatArray:
         """The whole matrix of cofactors of the reduced unknowns, (N, N)."""
-        partner = DatumColumns(
-            self.partner.orientation, self.partner.coefficients, self.partner.point, self.columns.directions
-        )
-        return cofactors - _both(self.columns.directions.reduced(layout), _rows_of(partner, layout))
+        return cofactors - _both(*self.on_reduced(layout))
+
+    def on_reduced(self, layout: ParameterLayout) -> tuple[FloatArray, FloatArray]:
+        """Rows of G and H of the reduced unknowns, (N, d) each."""
+        h = self.partner
+        rows = reduced_rows(layout, h.orientation, h.coefficients, h.point)
+        return self.columns.directions.reduced(layout), rows
 
     def of_effects(self, effects: Effects) -> Effects:
         """S times columns over all unknowns."""
@@ -247,14 +263,3 @@ def _both(g: FloatArray, h: FloatArray) -> FloatArray:
     """G H' + H G' of blocks (..., p, d)."""
     product = np.matmul(g, np.swapaxes(h, -1, -2))
     return np.asarray(product + np.swapaxes(product, -1, -2))
-
-
-def _rows_of(columns: DatumColumns, layout: ParameterLayout) -> FloatArray:
-    """Rows of the reduced unknowns, (N, d)."""
-    count = columns.orientation.shape[2]
-    out = np.zeros((int(layout.node_starts[-1]), count))
-    out[: layout.image_mask.size] = columns.orientation.reshape(-1, count)
-    out[layout.unknown_of_coefficient[:, None] + np.arange(3)] = columns.coefficients
-    kept = layout.kept_points
-    out[layout.unknown_of_point[kept]] = columns.point[kept]
-    return out

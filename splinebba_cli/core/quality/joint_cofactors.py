@@ -24,6 +24,15 @@ def too_many(cofactors: Cofactors, functions: int) -> bool:
 
 def cofactors_of(cofactors: Cofactors, functions: FloatArray) -> FloatArray:
     """Cofactors (k, k) of functions (k, N) of the reduced unknowns."""
+    found = _solved(cofactors, functions)
+    if cofactors.datum is None:
+        return found
+    g, h = (functions @ rows for rows in cofactors.datum.on_reduced(cofactors.assembler.layout))
+    return np.asarray(found - g @ h.T - h @ g.T)
+
+
+def _solved(cofactors: Cofactors, functions: FloatArray) -> FloatArray:
+    """The same in the datum of the solution."""
     factor = cofactors.solution.factor
     if factor is None:
         raise ValueError("no factor")
@@ -36,20 +45,22 @@ def point_cofactors(cofactors: Cofactors, points: IntArray) -> FloatArray:
     assembler, eliminated = cofactors.assembler, cofactors.solution.eliminated
     if eliminated is None:
         raise ValueError("no eliminated points")
-    observed = assembler.prepared.network.point_observations
+    observed, layout = assembler.prepared.network.point_observations, assembler.layout
+    count = len(points)
     place = np.full(len(assembler.prepared.network.points.ids), -1)
-    place[points] = np.arange(len(points))
+    place[points] = np.arange(count)
     rows = np.flatnonzero(place[observed.point] >= 0)
-    mask = assembler.layout.point_mask[points]
+    mask = layout.eliminated_mask[points]
     own = eliminated.inverse[points] * mask[:, :, None] * mask[:, None, :]
     at = place[observed.point[rows]]
     back = np.matmul(own[at], eliminated.coupling[rows].transpose(0, 2, 1))  # M (q, 3, 6)
-    functions = np.zeros((len(points), 3, int(assembler.layout.node_starts[-1])))
+    functions = np.zeros((count, 3, int(layout.node_starts[-1])))
     columns = ORIENTATION_SIZE * observed.image[rows][:, None] + np.arange(ORIENTATION_SIZE)
-    np.add.at(functions, (at[:, None, None], np.arange(3)[None, :, None], columns[:, None, :]), back)
-    size = 3 * len(points)
-    joint = cofactors_of(cofactors, functions.reshape(size, -1))
-    blocks = joint.reshape(len(points), 3, len(points), 3)
-    n = np.arange(len(points))
+    np.add.at(functions, (at[:, None, None], np.arange(3)[None, :, None], columns[:, None, :]), -back)
+    kept = np.flatnonzero(layout.node_of_point[points] >= 0)  # these are unknowns of the reduced system
+    functions[kept[:, None], np.arange(3), layout.unknown_of_point[points[kept]]] = 1.0
+    joint = _solved(cofactors, functions.reshape(3 * count, -1))
+    blocks = joint.reshape(count, 3, count, 3)
+    n = np.arange(count)
     blocks[n, :, n, :] += own
-    return blocks.reshape(size, size)
+    return joint if cofactors.datum is None else cofactors.datum.of_points_together(joint, points)

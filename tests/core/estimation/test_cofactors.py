@@ -13,6 +13,7 @@ import pytest
 
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.core.quality.cofactors import Cofactors
+from splinebba_cli.core.quality.joint_cofactors import point_cofactors
 from splinebba_cli.core.quality.linked_cofactors import linked_cofactors
 from splinebba_cli.core.quality.redundancy import RedundancyNumbers, redundancy_numbers
 from tests.core.small_networks import DenseSystem, dense_system, mixed_network, solved
@@ -105,6 +106,18 @@ def test_redundancy_numbers_of_every_kind(kind: str) -> None:
             np.testing.assert_allclose(values, expected, rtol=0.0, atol=TOLERANCE)
         begin += len(values)
     assert begin == len(dense.design)
+
+
+def test_several_points_together() -> None:
+    """Ends of distances, which stay in the reduced system, with points that are eliminated and a fixed height."""
+    cofactors, _, inverse = systems()
+    layout, points = cofactors.assembler.layout, np.array([0, 5, 7, 9, 46])
+    assert set(layout.kept_points) & set(points) and set(points) - set(layout.kept_points)
+    place = layout.unknown_of_point[points].ravel()
+    sigma = sigma_of(inverse)[place]
+    assert (
+        scaled(point_cofactors(cofactors, points) - inverse[np.ix_(place, place)], sigma, sigma) < TOLERANCE
+    )
 
 
 def test_redundancy_numbers_sum_to_the_redundancy() -> None:

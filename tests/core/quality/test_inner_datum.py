@@ -20,6 +20,7 @@ from splinebba_cli.core.observations.coefficient_rows import value_rows
 from splinebba_cli.core.observations.locations import held_locations
 from splinebba_cli.core.quality.cofactors import Cofactors
 from splinebba_cli.core.quality.inner_datum import STransformation, datum_columns, s_transformed
+from splinebba_cli.core.quality.joint_cofactors import cofactors_of, point_cofactors
 from splinebba_cli.core.quality.observation_effects import ObservationEffects
 from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.core.state import State, prepare
@@ -139,6 +140,20 @@ def test_cofactors_equal_the_dense_ones(name: str, scale: bool) -> None:
         rows, columns = images[image], layout.unknown_of_point[point]
         difference = (block - whole[np.ix_(rows, columns)]) / np.outer(sigma[rows], sigma[columns])
         assert np.abs(difference).max() < TOLERANCE
+
+
+@pytest.mark.parametrize("scale", [False, True])
+def test_points_and_functions_together_equal_the_dense_ones(scale: bool) -> None:
+    found, (whole, layout) = in_datum("points", scale), dense_inner("points", scale)
+    sigma, points = np.sqrt(np.diag(whole)), np.array([3, 9, 20])
+    place = layout.unknown_of_point[points].ravel()
+    difference = point_cofactors(found, points) - whole[np.ix_(place, place)]
+    assert np.abs(difference / np.outer(sigma[place], sigma[place])).max() < TOLERANCE
+    functions = np.random.default_rng(6).normal(size=(4, int(layout.node_starts[-1])))
+    reduced = whole[: functions.shape[1], : functions.shape[1]]
+    expected = functions @ reduced @ functions.T
+    own = np.sqrt(np.diag(expected))
+    assert np.abs((cofactors_of(found, functions) - expected) / np.outer(own, own)).max() < TOLERANCE
 
 
 @pytest.mark.parametrize("name", ["points", "images", "splines"])
