@@ -10,7 +10,7 @@ import numpy as np
 
 from splinebba_cli.core.evidence import ObservationKind, Rejection
 from splinebba_cli.core.network import BoolArray, FloatArray
-from splinebba_cli.core.quality.influences import distance_name
+from splinebba_cli.core.quality.observation_names import distance_name
 from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.output.columns import Column, Table
 

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from splinebba_cli.core.network import FloatArray, IntArray
-from splinebba_cli.core.quality.influences import distance_name
+from splinebba_cli.core.quality.observation_names import distance_name
 from splinebba_cli.core.result import AdjustmentResult
 
 

@@ -15,10 +15,11 @@ import numpy as np
 
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
 from splinebba_cli.core.evidence import Influence, ObservationKind
-from splinebba_cli.core.network import FloatArray, IntArray, Network
+from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.observations.coefficient_rows import GAUGE
 from splinebba_cli.core.quality.cofactors import Cofactors
 from splinebba_cli.core.quality.observation_effects import Effects, EquationColumns, ObservationEffects
+from splinebba_cli.core.quality.observation_names import curve_point_name, distance_name, image_point_name
 from splinebba_cli.core.quality.prior_residuals import AXES, EOP_NAMES
 from splinebba_cli.core.quality.redundancy import RedundancyNumbers, orientation_weights
 from splinebba_cli.core.quality.reliability import CONTROLLED
@@ -76,22 +77,16 @@ def _candidates(
     on_points: ResidualTable,
 ) -> Iterator[_Candidates]:
     network = solved.assembler.prepared.network
-    images, seen, points = network.images.ids, network.curve_observations, network.point_observations
+    seen, points = network.curve_observations, network.point_observations
     rows = _largest(on_curves.reliability.orientation_influence[:, 0])
     if len(rows):
         sigma = np.linalg.norm(solved.solution.linearization.curve.normal[rows] * seen.sigma[rows], axis=1)
-        names = [
-            f"image `{images[seen.image[k]]}` on spline `{network.curves[seen.curve[k]].id}`, across"
-            for k in rows
-        ]
+        names = [f"{curve_point_name(network, k)}, across" for k in rows]
         yield _Candidates("spline", "mm", effects.curve_rows(rows), numbers.curve_rows[rows], sigma, names)
     flat = _largest(on_points.reliability.orientation_influence.ravel())
     if len(flat):
         rows, axis = flat // 2, flat % 2
-        names = [
-            f"image `{images[points.image[k]]}` of point `{network.points.ids[points.point[k]]}`, {'xy'[d]}"
-            for k, d in zip(rows, axis, strict=True)
-        ]
+        names = [f"{image_point_name(network, k)}, {'xy'[d]}" for k, d in zip(rows, axis, strict=True)]
         yield _Candidates(
             "point", "mm", effects.image_points(rows, axis), numbers.image_points[rows, axis],
             points.sigma[rows, axis], names,
@@ -166,16 +161,6 @@ def _orientations(
                 "eop prior", unit, effects.orientation_priors(rows, component),
                 numbers.orientation_priors[rows, component], sigma[image[rows], component], names,
             )  # fmt: skip
-
-
-def distance_name(network: Network, number: int) -> str:
-    """A distance in the user's words."""
-    one = network.distances
-    ends = [
-        f"{'image' if image else 'point'} `{(network.images if image else network.points).ids[k]}`"
-        for k, image in zip(one.station[number], one.is_image[number], strict=True)
-    ]
-    return f"distance from {ends[0]} to {ends[1]}"
 
 
 def _largest(figures: FloatArray) -> IntArray:

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from splinebba_cli.core.evidence import LocalTests
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.core.quality.critical_values import critical_value
-from splinebba_cli.core.quality.influences import distance_name
+from splinebba_cli.core.quality.observation_names import curve_point_name, distance_name, image_point_name
 from splinebba_cli.core.quality.reliability import tested_values
 from splinebba_cli.core.result import AdjustmentResult, PriorResidual, Problem
 
@@ -48,33 +49,22 @@ def local_findings(result: AdjustmentResult, tests: LocalTests) -> list[Problem]
 def _worst(result: AdjustmentResult) -> tuple[float, str]:
     """Largest |w| of all kinds, and whose it is."""
     network = result.network
-    points, curves = network.point_observations, network.curve_observations
-    images, ids = network.images.ids, [curve.id for curve in network.curves]
-
-    def on_curve(row: int) -> str:
-        return f"image `{images[curves.image[row]]}` on spline `{ids[curves.curve[row]]}`"
-
-    def of_point(row: int) -> str:
-        return f"image `{images[points.image[row]]}` of point `{network.points.ids[points.point[row]]}`"
 
     def on_arc(row: int) -> str:
-        return f"{on_curve(int(network.arc_lengths.first[row]))}, arc length"
+        return f"{curve_point_name(network, int(network.arc_lengths.first[row]))}, arc length"
 
     def of_tangent(row: int) -> str:
-        return f"{on_curve(int(network.tangents.point[row]))}, tangent"
-
-    def of_distance(row: int) -> str:
-        return distance_name(network, row)
+        return f"{curve_point_name(network, int(network.tangents.point[row]))}, tangent"
 
     def of_prior(row: int) -> str:
         return _prior(result.prior_residuals[row])
 
     kinds: list[tuple[FloatArray, Callable[[int], str]]] = [
-        (result.point_residuals.standardized, of_point),
-        (result.curve_residuals.standardized, on_curve),
+        (result.point_residuals.standardized, partial(image_point_name, network)),
+        (result.curve_residuals.standardized, partial(curve_point_name, network)),
         (result.arc_residuals.standardized[:, None], on_arc),
         (result.tangent_residuals.standardized[:, None], of_tangent),
-        (result.distance_residuals.standardized[:, None], of_distance),
+        (result.distance_residuals.standardized[:, None], partial(distance_name, network)),
         (np.array([[prior.standardized] for prior in result.prior_residuals]), of_prior),
     ]
     best, name = 0.0, ""

@@ -13,7 +13,7 @@ import numpy as np
 
 from splinebba_cli.core.evidence import ObservationKind
 from splinebba_cli.core.network import BoolArray, IntArray, Network
-from splinebba_cli.core.quality.influences import distance_name
+from splinebba_cli.core.quality.observation_names import distance_name
 
 KINDS: tuple[tuple[ObservationKind, str], ...] = (
     ("point", "point_observations"),

@@ -99,3 +99,12 @@ def test_a_thin_ellipse_keeps_its_smaller_axis() -> None:
 def test_correlations_of_held_unknowns_are_none() -> None:
     r = correlations(np.array([[4.0, 0.0, 1.9], [0.0, 0.0, 0.0], [1.9, 0.0, 1.0]]))
     assert r == pytest.approx(np.array([[1.0, 0.0, 0.95], [0.0, 0.0, 0.0], [0.95, 0.0, 1.0]]))
+
+
+@pytest.mark.parametrize("degrees", [None, 7.0])
+def test_many_ellipses_come_from_a_table_that_agrees_with_single_ones(degrees: float | None) -> None:
+    """The spline between 1 001 ratios is within 3e-9 of the solution."""
+    axes = np.random.default_rng(8).uniform(0.0, 1.0, (3000, 2))
+    found = circular_radius(axes, 0.95, degrees)
+    single = np.concatenate([circular_radius(part, 0.95, degrees) for part in np.split(axes, 10)])
+    np.testing.assert_allclose(found, single, rtol=5e-9, atol=0.0)
