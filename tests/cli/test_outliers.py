@@ -68,6 +68,8 @@ def test_snooping_is_told_everywhere(project: Path, tmp_path: Path) -> None:
     assert abs(float(splines[BLUNDER_LINE - 1]["standardized_across"])) > 10.0
     assert found["residuals"]["kinds"][1]["n"] == 660 - sum(row["kind"] == "spline" for row in log)
     assert found["residuals"]["kinds"][1]["max_mm"] < 0.05  # the error is no residual of the adjustment
+    tested = {kind["kind"]: kind for kind in found["tests"]["kinds"]}["splines, across"]
+    assert tested["n"] == found["residuals"]["kinds"][1]["n"] and tested["largest"] < 3.3
     text = (out / "report.txt").read_text(encoding="utf-8")
     assert "iterative data snooping" in text and first["name"].replace("`", "") in text
     html = (out / "report.html").read_text(encoding="utf-8")

@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from splinebba_cli.core.quality import runs_along_curves as module
+from splinebba_cli.core.quality.cofactors import Cofactors
+from splinebba_cli.core.quality.linked_cofactors import linked_cofactors
 from splinebba_cli.core.quality.photo_rows import PhotoRows
+from splinebba_cli.core.quality.redundancy import redundancy_numbers
 from tests.core.quality.test_residual_projector import systems
 
 
@@ -47,3 +50,20 @@ def test_moments_by_sampling() -> None:
         1.0, abs=5.0 * np.sqrt(3.0 / samples)
     )  # kurtosis of a quadratic form below 4
     assert np.sum(v**2, axis=0).mean() == pytest.approx(trace, rel=5.0 * np.sqrt(2.0 / trace / samples))
+
+
+def test_small_networks_use_the_exact_moments() -> None:
+    """The statistic of a curve is that of its dense R, with the correlation that the adjustment itself makes."""
+    projector, _, r = systems()
+    cofactors = Cofactors(projector.assembler, projector.solution)
+    redundancy = redundancy_numbers(cofactors, linked_cofactors(cofactors)).curve_rows
+    rows = PhotoRows.of(projector)
+    name = projector.assembler.prepared.network.curves[3].id
+    found = {each.subject: each for each in module.runs_along_curves(projector, rows, redundancy)}
+    own = rows_of(3)
+    first, block, v = module.neighbours(rows.image[own]), r[np.ix_(own, own)], rows.residual[own]
+    rho, square, trace = module._moments(first, block)
+    t = float(v[first] @ v[first + 1]) - rho * float(v @ v)
+    expected = t / (float(v @ v) / trace * np.sqrt(2.0 * square))
+    assert rho < -1e-3
+    assert found[f"spline `{name}`"].statistic == pytest.approx(expected, abs=1e-6)
