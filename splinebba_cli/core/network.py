@@ -9,6 +9,7 @@ A standard deviation of 0 means *fixed* (the unknown is removed), infinity means
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import Any, Literal, TypeVar
 
 import numpy as np
@@ -58,6 +59,11 @@ class Images:
     sequence: tuple[RotationSequence, ...]  # (m,)
     prior: FloatArray  # (m, 6), NaN where sigma is infinite
     prior_sigma: FloatArray  # (m, 6), 0 = fixed, inf = free
+
+    @cached_property
+    def sequences(self) -> tuple[RotationSequence, ...]:
+        """The rotation sequences that occur."""
+        return tuple(sorted(set(self.sequence)))
 
     @property
     def has_orientation(self) -> BoolArray:

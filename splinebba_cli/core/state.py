@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -12,7 +13,11 @@ from splinebba_cli.core.curves.basis import CurveBasis
 from splinebba_cli.core.curves.curve_set import CurveSet
 from splinebba_cli.core.curves.registry import basis_of
 from splinebba_cli.core.curves.shape_forms import retracted
+from splinebba_cli.core.measured_rays import MeasuredRays
 from splinebba_cli.core.network import Curve, FloatArray, IntArray, Network
+from splinebba_cli.core.tracks import Tracks
+
+EXTENSION = 0.5  # how far beyond its ends an open curve may be measured, in end segments
 
 
 @dataclass(frozen=True)
@@ -59,6 +64,33 @@ class Prepared:
     arc_lengths: ScalarMeasurements
     tangents: ScalarMeasurements
     chains: Chains  # measured curve points that arc lengths and tangents link
+
+    @cached_property
+    def tracks(self) -> Tracks:
+        """Measured curve points by curve and image."""
+        return Tracks.of(self.network.curve_observations)
+
+    @cached_property
+    def rays_by_component(self) -> MeasuredRays:
+        """Measured curve points, component by component."""
+        return MeasuredRays.of(self.curve_rays.xy, self.curve_rays.whitening)
+
+    @cached_property
+    def location_bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest allowed location of every measured curve point, (n,) each."""
+        observed, curves = self.network.curve_observations, self.curves
+        curve = observed.curve
+        first_segment, last_segment = curves.segment_start[curve], curves.segment_start[curve + 1] - 1
+        low = curves.first[curve] - EXTENSION * curves.length[first_segment]
+        high = curves.last[curve] + EXTENSION * curves.length[last_segment]
+        low = np.where(curves.closed[curve], -np.inf, low)
+        high = np.where(curves.closed[curve], np.inf, high)
+        bound = observed.segment >= 0
+        segment = np.clip(first_segment + observed.segment, first_segment, last_segment)
+        low = np.where(bound, curves.left[segment], low)
+        high = np.where(bound, curves.left[segment] + curves.length[segment], high)
+        single = ~curves.has_location[curve]
+        return np.where(single, 0.0, low), np.where(single, 0.0, high)
 
 
 def prepare(network: Network) -> Prepared:

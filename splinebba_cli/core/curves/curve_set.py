@@ -76,6 +76,8 @@ class CurveSet:
 
     def wrap(self, curve: IntArray, u: FloatArray) -> FloatArray:
         """Locations of closed curves brought into their domain."""
+        if not self.any_closed:
+            return u
         period = self.last[curve] - self.first[curve]
         return np.where(self.closed[curve], self.first[curve] + np.mod(u - self.first[curve], period), u)
 
@@ -92,6 +94,11 @@ class CurveSet:
     def shaped(self) -> tuple[int, ...]:
         """Curves with shape conditions."""
         return tuple(k for k, basis in enumerate(self.bases) if len(basis.shape_forms))
+
+    @cached_property
+    def any_closed(self) -> bool:
+        """Whether any curve is closed."""
+        return bool(self.closed.any())
 
     @cached_property
     def any_trigonometric(self) -> bool:

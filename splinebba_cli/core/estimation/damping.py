@@ -69,7 +69,7 @@ def curve_costs(assembler: Assembler, at: Linearization) -> FloatArray:
     """Sum of squares that belongs to each curve, (nc,)."""
     count = len(assembler.prepared.curves.bases)
     observed = assembler.prepared.network.curve_observations
-    cost = np.bincount(observed.curve[at.curve.point], at.curve.residual**2, minlength=count)
+    cost = np.bincount(observed.curve, at.on_curves.squares, minlength=count)
     if len(assembler.prepared.chains):
         cost += np.bincount(observed.curve, at.linked.of_points(assembler.prepared), minlength=count)
     return np.asarray(

@@ -256,7 +256,7 @@ def _damped_step(assembler: Assembler, at: Linearization, amount: Damping, stiff
         try:
             values, side, eliminated = assembler.eliminate(at, amount.everywhere)
             if stiff:
-                values += assembler.stiffness(at)
+                values = values + assembler.stiffness(at)
             extra = amount.of_unknowns(assembler, at)
             factor = symbolic.factorize(values, extra, pivot_tolerance=PIVOT_TOLERANCE)
         except (NotPositiveDefinite, np.linalg.LinAlgError):

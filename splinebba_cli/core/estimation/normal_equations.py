@@ -6,21 +6,33 @@ h = -A'Pr,   N = A'PA   with locations and points eliminated (theory, sections 3
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from splinebba_cli.core.estimation.block_cholesky import SymbolicFactor, analyse
 from splinebba_cli.core.estimation.block_matrix import BlockStructure
+from splinebba_cli.core.estimation.block_sums import sums_by
+from splinebba_cli.core.estimation.coefficient_normals import CoefficientNormals
+from splinebba_cli.core.estimation.curve_blocks import CurveBlocks
+from splinebba_cli.core.estimation.curve_normals import CurveNormals, Located, ResidualsOnCurves
+from splinebba_cli.core.estimation.curve_windows import CurveWindows
 from splinebba_cli.core.estimation.elimination import (
     EliminatedPoints,
     PointPairs,
     eliminate_points,
 )
-from splinebba_cli.core.estimation.kept_points import KeptPoints, kept_pairs
-from splinebba_cli.core.estimation.linked_windows import LinkedWindows, linked_pairs
+from splinebba_cli.core.estimation.kept_points import KeptPoints
+from splinebba_cli.core.estimation.linked_windows import LinkedWindows
 from splinebba_cli.core.estimation.parameters import ORIENTATION_SIZE, ParameterLayout, node_positions
+from splinebba_cli.core.estimation.pattern import pattern_of
+from splinebba_cli.core.estimation.segment_windows import (
+    SegmentWindows,
+    add_segment_windows,
+    coefficient_slots,
+    masked_jacobian,
+)
 from splinebba_cli.core.estimation.window_map import Slot, WindowMap, pair_map
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.observations.coefficient_rows import CoefficientRows
@@ -30,31 +42,18 @@ from splinebba_cli.core.observations.image_points import PointRows, linearize_im
 from splinebba_cli.core.observations.linked_points import LinkedEquations, linearize_linked_points
 from splinebba_cli.core.observations.orientation_priors import PriorRows, linearize_orientation_priors
 from splinebba_cli.core.observations.second_order_rows import second_order_rows
-from splinebba_cli.core.row_groups import RowGroups
 from splinebba_cli.core.state import Prepared, State
 
 
 @dataclass(frozen=True)
-class CurveWindows:
-    """Rows of curve points grouped by image and segment."""
-
-    groups: RowGroups
-    image: IntArray  # (G,)
-    segment: IntArray  # (G,)
-    window: WindowMap
-
-
-@dataclass(frozen=True)
 class Linearization:
-    """All equations at one state."""
+    """All equations at one state; the rows of single curve points only when they are asked for."""
 
     state: State
-    curve: CurveRows
-    curve_jacobian: FloatArray  # (k, 6 or 0 + 3 w + 1) masked, the residual last
-    windows: CurveWindows
+    held_locations: IntArray  # measured curve points whose location is held
+    on_curves: ResidualsOnCurves
     linked: LinkedEquations
     linked_windows: tuple[LinkedWindows, ...]
-    held: IntArray  # measured curve points whose location is no unknown, or no foot point yet
     points: PointRows
     distances: DistanceRows
     orientation_priors: PriorRows
@@ -64,6 +63,33 @@ class Linearization:
     cost: float
     base_values: FloatArray  # flat, before points are eliminated, removed unknowns with unit diagonal
     base_side: FloatArray  # (N,)
+    structure: BlockStructure  # of the values
+    prepared: Prepared = field(repr=False)
+    layout: ParameterLayout = field(repr=False)
+    orientation_size: int
+
+    @cached_property
+    def held(self) -> IntArray:
+        """Measured curve points whose location is no unknown, or no foot point yet."""
+        linked = self.held_locations[self.prepared.chains.linked[self.held_locations]]
+        return np.concatenate([np.flatnonzero(self.on_curves.kept), linked])
+
+    @cached_property
+    def curve(self) -> CurveRows:
+        """Equations of measured curve points, row by row."""
+        return linearize_curve_points(self.prepared, self.state, self.held_locations)
+
+    @cached_property
+    def curve_jacobian(self) -> FloatArray:
+        """The same over the unknowns, (k, 6 or 0 + 3 w + 1) masked, the residual last."""
+        return masked_jacobian(self.curve, self.prepared.curves, self.layout, self.orientation_size)
+
+    @cached_property
+    def windows(self) -> SegmentWindows:
+        """Their windows of images and segments."""
+        return SegmentWindows.of(
+            self.curve, self.prepared.curves, self.layout, self.structure, self.orientation_size
+        )
 
 
 class Assembler:
@@ -82,18 +108,21 @@ class Assembler:
         sigma = prepared.network.points.sigma
         weighted = np.isfinite(sigma) & (sigma > 0.0)
         self.point_inverse_sigma = np.where(weighted, 1.0 / np.where(weighted, sigma, 1.0), 0.0)
-        self._kept_points: KeptPoints | None = None
+        self._blocks = CurveBlocks.of(prepared.curves, layout)
         self._structure: BlockStructure | None = None
         self._symbolic: SymbolicFactor | None = None
-        self._windows: CurveWindows | None = None
-        self._windows_of: IntArray = np.zeros(0, dtype=np.int64)
+        self._kept_points: KeptPoints | None = None
+        self._coefficients: CoefficientNormals | None = None
         self._pair_map: WindowMap | None = None
-        self._row_map: WindowMap | None = None
+        self._normals: CurveNormals | None = None
+        self._block_of_point: IntArray = np.zeros(0, dtype=np.int64)
 
     def with_weights(self, prepared: Prepared) -> Assembler:
         """The same measurements with other weights: pattern and ordering stay."""
         other = copy.copy(self)
         other.prepared = prepared
+        if self._normals is not None:
+            other._normals = self._normals.with_rays(prepared)
         return other
 
     @cached_property
@@ -123,47 +152,50 @@ class Assembler:
         FloatingPointError
             If something measured lies behind a camera.
         """
-        network, layout = self.prepared.network, self.layout
-        curve = linearize_curve_points(self.prepared, state, held)
-        points = linearize_image_points(self.prepared, state)
+        prepared, network = self.prepared, self.prepared.network
+        points = linearize_image_points(prepared, state)
         distances = linearize_distances(network.distances, state)
         priors = linearize_orientation_priors(network.images, state)
         point_prior = np.where(
             self.point_inverse_sigma > 0.0, (state.xyz - network.points.xyz) * self.point_inverse_sigma, 0.0
         )
-        coefficient = self.coefficient_rows.residual(state.coefficients)
-        coefficient_jacobian = self.coefficient_rows.jacobian_at(state.coefficients)
-        linked = linearize_linked_points(self.prepared, state, held)
-        windows, linked_windows = self._windows_at(curve, linked)
-        columns = self.prepared.curves.columns[curve.segment]
-        local = curve.weights[:, :, None] * curve.direction[:, None, :] * layout.coefficient_mask[columns]
-        jacobian = np.concatenate(
-            [
-                (curve.orientation * layout.image_mask[curve.image])[:, : self.orientation_size],
-                local.reshape(len(local), 3 * local.shape[1]),
-                curve.residual[:, None],
-            ],
-            axis=1,
+        rows = self.coefficient_rows
+        coefficient, coefficient_jacobian = (
+            rows.residual(state.coefficients),
+            rows.jacobian_at(state.coefficients),
         )
-        values, side = self._base(jacobian, windows, points, priors, coefficient, coefficient_jacobian)
+        linked = linearize_linked_points(prepared, state, held)
+        located = Located.of(prepared, state)
+        normals, coefficients, linked_windows = self._patterned(located, linked)
+        values, side = coefficients.constant.copy(), np.zeros(int(self.layout.node_starts[-1]))
+        is_held = np.zeros(len(network.curve_observations), dtype=bool)
+        is_held[held] = True
+        on_curves = ResidualsOnCurves.none(len(is_held))
+        normals.add(prepared, located, is_held, values, side, on_curves)
+        self._add_other_curves(state, held, values, side, on_curves)
+        coefficients.add(coefficient_jacobian, coefficient, values, side)
+        self._add_images(points, priors, values, side)
         self.kept_points.add(values, side, points, distances, self.point_inverse_sigma, point_prior)
         for window in linked_windows:
             window.add(values, side)
         self._unit_diagonal(values)
         cost = (
-            curve.cost + linked.cost + points.cost + distances.cost + priors.cost
+            float(on_curves.squares.sum()) + linked.cost + points.cost + distances.cost + priors.cost
             + float(np.sum(point_prior**2) + coefficient @ coefficient)
         )  # fmt: skip
-        linked_held = held[self.prepared.chains.linked[held]]
-        all_held = np.concatenate([curve.point[len(curve.speed) :], linked_held])
         return Linearization(
-            state, curve, jacobian, windows, linked, linked_windows, all_held, points, distances, priors, point_prior,
-            coefficient, coefficient_jacobian, cost, values, side,
+            state, held, on_curves, linked, linked_windows, points, distances, priors, point_prior, coefficient,
+            coefficient_jacobian, cost, values, side, self.structure, prepared, self.layout, self.orientation_size,
         )  # fmt: skip
 
     def eliminate(self, at: Linearization, damping: float) -> tuple[FloatArray, FloatArray, EliminatedPoints]:
-        """Flat values and right-hand side of the reduced system, points eliminated, diagonal times 1 + damping."""
-        values, side = at.base_values.copy(), at.base_side.copy()
+        """Flat values and right-hand side of the reduced system, points eliminated, diagonal times 1 + damping.
+
+        They are those of the linearization where nothing has to be done: not to be changed.
+        """
+        values, side = at.base_values, at.base_side
+        if damping > 0.0 or self._pair_map is not None:
+            values, side = values.copy(), side.copy()
         if damping > 0.0:
             self._scale_diagonal(values, 1.0 + damping)
         observed = self.prepared.network.point_observations
@@ -195,7 +227,10 @@ class Assembler:
         local = rows.weights[:, :, None] * rows.direction[:, None, :] * layout.coefficient_mask[columns]
         orientation = (rows.orientation * layout.image_mask[rows.image])[:, : self.orientation_size]
         jacobian = np.concatenate([orientation, local.reshape(len(local), 3 * local.shape[1])], axis=1)
-        window = WindowMap.of(self.structure, self._slots(rows.image, rows.segment))
+        slots = (
+            [Slot(rows.image, np.zeros_like(rows.image), ORIENTATION_SIZE)] if self.orientation_size else []
+        )
+        window = WindowMap.of(self.structure, slots + self.slots_of_columns(columns))
         window.add(values, jacobian[:, :, None] * jacobian[:, None, :])
         return values
 
@@ -207,17 +242,7 @@ class Assembler:
 
     def slots_of_columns(self, columns: IntArray) -> list[Slot]:
         """Slots of the coefficients under windows, (G, w)."""
-        layout = self.layout
-        return [
-            Slot(layout.node_of_coefficient[columns[:, j]], layout.slot_of_coefficient[columns[:, j]], 3)
-            for j in range(columns.shape[1])
-        ]
-
-    def row_window(self) -> WindowMap:
-        """Positions of the windows of the coefficient rows."""
-        if self._row_map is None:
-            self._row_map = WindowMap.of(self.structure, self.slots_of_columns(self.coefficient_rows.columns))
-        return self._row_map
+        return coefficient_slots(self.layout, columns)
 
     def pair_window(self) -> WindowMap | None:
         """Positions of the 6 x 6 blocks of the point pairs (None without points)."""
@@ -231,134 +256,103 @@ class Assembler:
             place = structure.offsets[diagonal[nodes]][:, None] + np.arange(size) * (size + 1)
             values[place] *= factor
 
-    def _base(
-        self,
-        jacobian: FloatArray,
-        windows: CurveWindows,
-        points: PointRows,
-        priors: PriorRows,
-        coefficient: FloatArray,
-        coefficient_jacobian: FloatArray,
-    ) -> tuple[FloatArray, FloatArray]:
-        structure, layout = self.structure, self.layout
-        values, side = np.zeros(int(structure.offsets[-1])), np.zeros(int(layout.node_starts[-1]))
-        image_side = side[: layout.image_mask.size].reshape(-1, ORIENTATION_SIZE)
-        unknown = layout.unknown_of_coefficient
-        if len(jacobian):
-            gram = windows.groups.gram(jacobian)
-            windows.window.add(values, gram[:, :-1, :-1])
-            if self.orientation_size:
-                np.subtract.at(image_side, windows.image, gram[:, : self.orientation_size, -1])
-            place = unknown[self.prepared.curves.columns[windows.segment]][:, :, None] + np.arange(3)
-            np.subtract.at(side, place.reshape(len(place), -1), gram[:, self.orientation_size : -1, -1])
-        image_blocks = np.zeros((layout.image_count, 6, 6))
+    def _add_images(self, points: PointRows, priors: PriorRows, values: FloatArray, side: FloatArray) -> None:
+        """Add image points and priors of orientations to the blocks of the images, in place."""
+        structure, mask = self.structure, self.layout.image_mask
         observed = self.prepared.network.point_observations
-        if len(observed):
-            a = points.orientation * layout.image_mask[observed.image][:, None, :]
-            np.add.at(image_blocks, observed.image, np.matmul(a.transpose(0, 2, 1), a))
-            np.subtract.at(
-                image_side,
-                observed.image,
-                np.matmul(a.transpose(0, 2, 1), points.residual[:, :, None])[:, :, 0],
-            )
-        if len(priors.image):
-            p = priors.jacobian * layout.image_mask[priors.image][:, None, :]
-            np.add.at(image_blocks, priors.image, np.matmul(p.transpose(0, 2, 1), p))
-            np.subtract.at(
-                image_side,
-                priors.image,
-                np.matmul(p.transpose(0, 2, 1), priors.residual[:, :, None])[:, :, 0],
-            )
-        images = np.arange(layout.image_count)
+        blocks = np.zeros((len(mask), 6, 6))
+        image_side = side[: mask.size].reshape(-1, ORIENTATION_SIZE)
+        for image, jacobian, residual in (
+            (observed.image, points.orientation, points.residual),
+            (priors.image, priors.jacobian, priors.residual),
+        ):
+            if len(image):
+                a = jacobian * mask[image][:, None, :]
+                transposed = a.transpose(0, 2, 1)
+                for out, rows in (
+                    (blocks, np.matmul(transposed, a)),
+                    (image_side, -np.matmul(transposed, residual[:, :, None])),
+                ):
+                    one, sums = sums_by(image, rows.reshape(len(image), -1))
+                    out[image[one]] += sums.reshape(-1, *out.shape[1:])
+        images = np.arange(len(mask))
         place = structure.offsets[structure.find(images, images)][:, None] + np.arange(36)
-        values[place] += image_blocks.reshape(-1, 36)
-        rows = self.coefficient_rows
-        if len(rows):
-            j = (coefficient_jacobian * layout.coefficient_mask[rows.columns]).reshape(len(rows), -1)
-            self.row_window().add(values, j[:, :, None] * j[:, None, :])
-            place = (unknown[rows.columns][:, :, None] + np.arange(3)).reshape(len(rows), -1)
-            np.subtract.at(side, place, j * coefficient[:, None])
-        return values, side
+        values[place] += blocks.reshape(-1, 36)
 
-    def _unit_diagonal(self, values: FloatArray) -> None:
+    def _add_other_curves(
+        self, state: State, held: IntArray, values: FloatArray, side: FloatArray, out: ResidualsOnCurves
+    ) -> None:
+        """Add measured points on curves whose elementary functions are no powers, in place."""
+        points = np.flatnonzero(self._block_of_point < 0)
+        if not len(points):
+            return
+        curves, size = self.prepared.curves, self.orientation_size
+        rows = linearize_curve_points(self.prepared, state, held, points)
+        windows = SegmentWindows.of(rows, curves, self.layout, self.structure, size)
+        jacobian = masked_jacobian(rows, curves, self.layout, size)
+        add_segment_windows(jacobian, windows, curves, self.layout, values, side)
+        out.across[points], out.along[points] = rows.residual[: len(points)], rows.along
+        out.kept[rows.point[len(points) :]] = True
+
+    @cached_property
+    def _removed(self) -> tuple[IntArray, IntArray, IntArray]:
+        """Removed unknowns: their nodes, their numbers in these, and the sizes of these."""
         removed = np.flatnonzero(self.mask == 0.0)
         node = np.searchsorted(self.layout.node_starts, removed, side="right") - 1
-        local = removed - self.layout.node_starts[node]
-        structure = self.structure
-        values[structure.offsets[structure.find(node, node)] + local * (structure.sizes[node] + 1)] = 1.0
+        return node, removed - self.layout.node_starts[node], self.layout.node_sizes[node]
 
-    def _windows_at(
-        self, curve: CurveRows, linked: LinkedEquations
-    ) -> tuple[CurveWindows, tuple[LinkedWindows, ...]]:
-        """Windows of the current segments and chains; the pattern grows when a location reaches a new segment."""
-        keys = curve.image * int(self.prepared.curves.segment_start[-1] + 1) + curve.segment
-        if self._windows is None or not np.array_equal(keys, self._windows_of):
-            groups = RowGroups.of(keys)
-        else:
-            groups = self._windows.groups
-        image, segment = curve.image[groups.representative], curve.segment[groups.representative]
+    def _unit_diagonal(self, values: FloatArray) -> None:
+        node, local, size = self._removed
+        values[self.structure.offsets[self.structure.find(node, node)] + local * (size + 1)] = 1.0
+
+    def _patterned(
+        self, located: Located, linked: LinkedEquations
+    ) -> tuple[CurveNormals, CoefficientNormals, tuple[LinkedWindows, ...]]:
+        """What belongs to the pattern; it grows when a location reaches a block that its image has not seen."""
+        block = self._blocks.of_segment[located.segment]
+        if not np.array_equal(block, self._block_of_point):
+            self._normals, self._block_of_point = None, block
+        image = self.prepared.network.curve_observations.image
+        windows = (
+            CurveWindows.of(image, block, self._blocks) if self._normals is None else self._normals.windows
+        )
         if self._structure is None:
-            self._rebuild(image, segment, linked)
+            self._rebuild(windows, located, linked)
         for _ in range(2):
             try:
-                windows = self._curve_windows(groups, image, segment, keys)
-                return windows, tuple(
-                    LinkedWindows.of(batch, self.layout, self.structure, self.orientation_size)
-                    for batch in linked.batches
+                if self._normals is None:
+                    self._normals = CurveNormals.of(
+                        self.prepared,
+                        self.layout,
+                        self.structure,
+                        self._blocks,
+                        windows,
+                        self.orientation_size,
+                    )
+                if self._coefficients is None:
+                    self._coefficients = CoefficientNormals.of(
+                        self.coefficient_rows, self.layout, self.structure
+                    )
+                return (
+                    self._normals,
+                    self._coefficients,
+                    tuple(
+                        LinkedWindows.of(batch, self.layout, self.structure, self.orientation_size)
+                        for batch in linked.batches
+                    ),
                 )
             except KeyError:
-                self._rebuild(image, segment, linked)
+                self._rebuild(windows, located, linked)
         raise RuntimeError("a pair of nodes is missing in a pattern that was made for it")
 
-    def _curve_windows(
-        self, groups: RowGroups, image: IntArray, segment: IntArray, keys: IntArray
-    ) -> CurveWindows:
-        """Windows of the current segments, the last ones where nothing has changed."""
-        if self._windows is None or groups is not self._windows.groups:
-            window = WindowMap.of(self.structure, self._slots(image, segment))
-            self._windows, self._windows_of = CurveWindows(groups, image, segment, window), keys
-        return self._windows
-
-    def _slots(self, image: IntArray, segment: IntArray) -> list[Slot]:
-        """Slots of windows of an image and a segment."""
-        slots = [Slot(image, np.zeros_like(image), ORIENTATION_SIZE)] if self.orientation_size else []
-        return slots + self.slots_of_columns(self.prepared.curves.columns[segment])
-
-    def _rebuild(self, image: IntArray, segment: IntArray, linked: LinkedEquations) -> None:
-        layout, curves = self.layout, self.prepared.curves
-        node = layout.node_of_coefficient
-        rows, columns = [], []
-        if self._structure is not None:
-            rows.append(self._structure.rows)
-            columns.append(self._structure.cols)
-        for table in (curves.columns, self.coefficient_rows.columns):
-            for i in range(table.shape[1]):
-                for j in range(i):
-                    rows.append(node[table[:, i]])
-                    columns.append(node[table[:, j]])
-        for step in (
-            (-1, 0, 1) if self.orientation_size else ()
-        ):  # a location may reach the next segment without a new ordering
-            near = np.clip(segment + step, 0, max(len(curves.left) - 1, 0))
-            start = np.searchsorted(curves.segment_start, segment, side="right") - 1
-            same = np.searchsorted(curves.segment_start, near, side="right") - 1 == start
-            for j in range(curves.support):
-                rows.append(image[same])
-                columns.append(node[curves.columns[near[same], j]])
-        for batch in linked.batches:
-            first, second = linked_pairs(batch, layout, self.orientation_size)
-            rows.append(first)
-            columns.append(second)
-        observed = self.prepared.network.point_observations
-        rows.append(observed.image[self.pairs.a])
-        columns.append(observed.image[self.pairs.b])
-        for first, second in kept_pairs(self.prepared.network, layout):
-            rows.append(first)
-            columns.append(second)
-        self._structure = BlockStructure.from_pairs(
-            layout.node_sizes, np.concatenate(rows), np.concatenate(columns)
-        )
-        self._symbolic, self._row_map, self._windows, self._kept_points = None, None, None, None
+    def _rebuild(self, windows: CurveWindows, located: Located, linked: LinkedEquations) -> None:
+        observed, other = self.prepared.network.point_observations, self._block_of_point < 0
+        self._structure = pattern_of(
+            self.prepared, self.layout, self.coefficient_rows, self._blocks, windows,
+            (self.prepared.network.curve_observations.image[other], located.segment[other]), linked, self.pairs,
+            self.orientation_size, self._structure,
+        )  # fmt: skip
+        self._symbolic, self._normals, self._coefficients, self._kept_points = None, None, None, None
         if len(observed):
             a, b = observed.image[self.pairs.a], observed.image[self.pairs.b]
             zero = np.zeros_like(a)

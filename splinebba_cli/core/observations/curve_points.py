@@ -26,7 +26,7 @@ UNSETTLED = 1e-6  # residual along the curve, in sigma, above which a location i
 class CurveRows:
     """Linearised equations without locations; row k belongs to measured point ``point[k]``."""
 
-    point: IntArray  # (k,) measured point; the first n rows are the equations across, in order
+    point: IntArray  # (k,) measured point; the first n rows are the equations across, in the order of points
     image: IntArray  # (k,)
     segment: IntArray  # (k,) segment number in the curve set
     residual: FloatArray  # (k,) whitened
@@ -39,11 +39,14 @@ class CurveRows:
     cost: float  # sum of squares that remains after the elimination
 
 
-def linearize_curve_points(prepared: Prepared, state: State, held: IntArray) -> CurveRows:
+def linearize_curve_points(
+    prepared: Prepared, state: State, held: IntArray, points: IntArray | None = None
+) -> CurveRows:
     """Equations across the curves at the current state.
 
     Parameters
     ----------
+    points : (n,) int, ascending: the measured points that are wanted, None for all
     held : (h,) int, measured points whose location is held: they keep the equation along the curve, and so
         does every other point whose location is not (yet) its foot point.  Linked points have theirs in
         :mod:`~splinebba_cli.core.observations.linked_points`
@@ -53,9 +56,10 @@ def linearize_curve_points(prepared: Prepared, state: State, held: IntArray) -> 
     FloatingPointError
         If a point of a curve lies behind a camera.
     """
-    observed = prepared.network.curve_observations
-    image, curves = observed.image, prepared.curves
-    segment, t = curves.locate(observed.curve, state.location)
+    observed, curves = prepared.network.curve_observations, prepared.curves
+    chosen = np.arange(len(observed)) if points is None else points
+    image = observed.image[chosen]
+    segment, t = curves.locate(observed.curve[chosen], state.location[chosen])
     weights = curves.weights(segment, t)
     local = state.coefficients[curves.columns[segment]]
     xyz = np.matmul(weights[:, None, :], local)[:, 0]
@@ -63,25 +67,27 @@ def linearize_curve_points(prepared: Prepared, state: State, held: IntArray) -> 
     xy, jacobian = project_with_jacobian(
         prepared.principal_distance[image], state.rotation[image], state.position[image], xyz
     )
-    rays = prepared.curve_rays
-    r = np.matmul(rays.whitening, (xy - rays.xy)[:, :, None])[:, :, 0]
+    whitening = prepared.curve_rays.whitening[chosen]
+    r = np.matmul(whitening, (xy - prepared.curve_rays.xy[chosen])[:, :, None])[:, :, 0]
     if not np.isfinite(r).all():
         raise FloatingPointError("a curve point lies behind a camera")
-    a_xyz = np.matmul(rays.whitening, jacobian.object_xyz)
-    a_eop = np.matmul(rays.whitening, jacobian.orientation)
+    a_xyz = np.matmul(whitening, jacobian.object_xyz)
+    a_eop = np.matmul(whitening, jacobian.orientation)
     b = np.matmul(a_xyz, tangent[:, :, None])[:, :, 0]
     speed = np.hypot(b[:, 0], b[:, 1])
     moving = speed > 0.0
     unit = np.where(moving[:, None], b / np.where(moving, speed, 1.0)[:, None], [0.0, 1.0])
     normal = np.stack([-unit[:, 1], unit[:, 0]], axis=1)
     along = np.sum(unit * r, axis=1)
-    fixed = np.union1d(held, np.flatnonzero(np.abs(along) > UNSETTLED))
-    fixed = fixed[~prepared.chains.linked[fixed]]
+    is_held = np.zeros(len(observed), dtype=bool)
+    is_held[held] = True
+    with_along = is_held[chosen] | (np.abs(along) > UNSETTLED)
+    fixed = np.flatnonzero(with_along & ~prepared.chains.linked[chosen])
     rows = np.concatenate([np.arange(len(image)), fixed])
     project_on = np.concatenate([normal, unit[fixed]])
     residual = np.sum(project_on * r[rows], axis=1)
     return CurveRows(
-        point=rows,
+        point=chosen[rows],
         image=image[rows],
         segment=segment[rows],
         residual=residual,

@@ -12,12 +12,14 @@ from dataclasses import replace
 import numpy as np
 
 from splinebba_cli.core.camera.collinearity import project
+from splinebba_cli.core.curves.basis import MAX_POWER
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
+from splinebba_cli.core.observations.foot_points import foot_points_of_tracks
 from splinebba_cli.core.observations.linked_locations import in_better_chains, settle_linked
 from splinebba_cli.core.row_groups import RowGroups
 from splinebba_cli.core.state import Prepared, State
+from splinebba_cli.core.threads import in_threads
 
-EXTENSION = 0.5  # how far beyond its ends an open curve may be measured, in end segments
 SAMPLES_PER_SEGMENT = 16
 NEWTON_STEPS = 12
 CHUNK = 8192  # points at once
@@ -25,19 +27,7 @@ CHUNK = 8192  # points at once
 
 def location_bounds(prepared: Prepared) -> tuple[FloatArray, FloatArray]:
     """Lowest and highest allowed location of every measured point, (n,) each."""
-    observed, curves = prepared.network.curve_observations, prepared.curves
-    curve = observed.curve
-    first_segment, last_segment = curves.segment_start[curve], curves.segment_start[curve + 1] - 1
-    low = curves.first[curve] - EXTENSION * curves.length[first_segment]
-    high = curves.last[curve] + EXTENSION * curves.length[last_segment]
-    low = np.where(curves.closed[curve], -np.inf, low)
-    high = np.where(curves.closed[curve], np.inf, high)
-    bound = observed.segment >= 0
-    segment = np.clip(first_segment + observed.segment, first_segment, last_segment)
-    low = np.where(bound, curves.left[segment], low)
-    high = np.where(bound, curves.left[segment] + curves.length[segment], high)
-    single = ~curves.has_location[curve]
-    return np.where(single, 0.0, low), np.where(single, 0.0, high)
+    return prepared.location_bounds
 
 
 def held_locations(prepared: Prepared, location: FloatArray) -> IntArray:
@@ -48,10 +38,29 @@ def held_locations(prepared: Prepared, location: FloatArray) -> IntArray:
 
 def refine_locations(prepared: Prepared, state: State, steps: int = NEWTON_STEPS) -> State:
     """Foot points by Newton's method from the present locations, all points at once; chains together."""
-    location = state.location.copy()
     low, high = location_bounds(prepared)
-    active = np.flatnonzero((low < high) & ~prepared.chains.linked)
-    polynomials = prepared.curves.segment_polynomials(state.coefficients)
+    curves, curve = prepared.curves, prepared.network.curve_observations.curve
+    free = (low < high) & ~prepared.chains.linked
+    polynomials = curves.segment_polynomials(state.coefficients)
+    of_powers = free & ~curves.trigonometric[curves.segment_start[curve]] if len(curve) else free
+    location, rest = state.location.copy(), [np.flatnonzero(free & ~of_powers)]
+    powers = polynomials[:, :MAX_POWER]
+
+    def walk(tracks: slice) -> tuple[IntArray, FloatArray, BoolArray]:
+        return foot_points_of_tracks(prepared, state, powers, tracks, of_powers, steps)
+
+    for points, found, lost in in_threads(walk, prepared.tracks.chunks()):
+        location[points] = found
+        rest.append(points[lost])
+    _refine_one_by_one(prepared, state, polynomials, np.concatenate(rest), location, steps)
+    return settle_linked(prepared, replace(state, location=curves.wrap(curve, location)), low, high)
+
+
+def _refine_one_by_one(
+    prepared: Prepared, state: State, polynomials: FloatArray, active: IntArray, location: FloatArray, steps: int
+) -> None:  # fmt: skip
+    """Foot points of some measured points on any curves, each with segment and photo of its own, in place."""
+    low, high = location_bounds(prepared)
     for _ in range(steps):
         if not len(active):
             break
@@ -60,9 +69,6 @@ def refine_locations(prepared: Prepared, state: State, steps: int = NEWTON_STEPS
         settled |= new == location[active]
         location[active] = new
         active = active[~settled]
-    curves = prepared.curves
-    found = replace(state, location=curves.wrap(prepared.network.curve_observations.curve, location))
-    return settle_linked(prepared, found, low, high)
 
 
 def _newton_step(

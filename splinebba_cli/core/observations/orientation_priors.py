@@ -50,11 +50,12 @@ def linearize_orientation_priors(images: Images, state: State) -> PriorRows:
     difference = np.zeros((len(rows), 6))
     jacobian = np.zeros((len(rows), 6, 6))
     jacobian[:, [3, 4, 5], [3, 4, 5]] = 1.0
-    for k, image in enumerate(rows):
-        if active[k, :3].any():
-            angles = angles_from_rotation(state.rotation[image], images.sequence[image])
-            difference[k, :3] = wrap_angle(angles - np.nan_to_num(images.prior[image, :3]))
-            jacobian[k, :3, :3] = np.linalg.inv(angle_jacobian(angles, images.sequence[image]))
+    sequences = np.array(images.sequence)[rows]
+    for sequence in images.sequences:
+        own = np.flatnonzero((sequences == sequence) & active[:, :3].any(axis=1))
+        angles = angles_from_rotation(state.rotation[rows[own]], sequence)
+        difference[own, :3] = wrap_angle(angles - np.nan_to_num(images.prior[rows[own], :3]))
+        jacobian[own, :3, :3] = np.linalg.inv(angle_jacobian(angles, sequence))
     difference[:, 3:] = state.position[rows] - np.nan_to_num(images.prior[rows, 3:])
     residual = difference * inverse_sigma
     return PriorRows(

@@ -28,6 +28,10 @@ from tests.core.observations.linked_case import LINKED
 from tests.core.observations.random_network import Case, random_case
 
 NO_OBSERVATIONS = {
+    "photo_polynomials",
+    "foot_points",
+    "curve_point_rows",  # the same equations for assembly, compared with curve_points
+    "location_search",
     "along_curve",
     "chain_elimination",
     "curve_kinematics",

@@ -1,0 +1,75 @@
+"""Equations over coefficients alone (given values, gauge and shape conditions) in the normal equations.
+
+All but shape conditions are linear: their part of the normal matrix is computed once for a pattern.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinebba_cli.core.estimation.block_matrix import BlockStructure
+from splinebba_cli.core.estimation.parameters import ParameterLayout
+from splinebba_cli.core.estimation.segment_windows import coefficient_slots
+from splinebba_cli.core.estimation.window_map import WindowMap
+from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.observations.coefficient_rows import SHAPE, CoefficientRows
+
+PART = 20_000
+"""Rows whose products are held at once."""
+
+
+@dataclass(frozen=True)
+class CoefficientNormals:
+    """The constant part of the normal matrix, and where the rest goes."""
+
+    mask: FloatArray  # (q, w, 3) of the coefficients under the rows
+    constant: FloatArray  # flat values of all linear rows
+    shape: IntArray  # (s,) quadratic rows
+    window: WindowMap  # of these
+    entry: IntArray  # (e,) entries of the masked jacobian (q, w, 3), flat, that are or may become different from 0
+    unknown: IntArray  # (e,) their unknowns
+
+    @classmethod
+    def of(
+        cls, rows: CoefficientRows, layout: ParameterLayout, structure: BlockStructure
+    ) -> CoefficientNormals:
+        """Products of the linear rows.
+
+        Raises
+        ------
+        KeyError
+            If a pair of nodes is not in the pattern.
+        """
+        mask = layout.coefficient_mask[rows.columns]
+        shape = np.flatnonzero(rows.component == SHAPE)
+        constant = np.zeros(structure.n_entries)
+        linear = np.flatnonzero(rows.component != SHAPE)
+        for begin in range(0, len(linear), PART):
+            part = linear[begin : begin + PART]
+            window = WindowMap.of(structure, coefficient_slots(layout, rows.columns[part]))
+            j = (rows.jacobian[part] * mask[part]).reshape(len(part), -1)
+            window.add(constant, j[:, :, None] * j[:, None, :])
+        used = rows.jacobian * mask != 0.0
+        used[shape] = mask[shape] != 0.0
+        entry = np.flatnonzero(used)
+        unknown = layout.unknown_of_coefficient[rows.columns.ravel()[entry // 3]] + entry % 3
+        window = WindowMap.of(structure, coefficient_slots(layout, rows.columns[shape]))
+        return cls(mask, constant, shape, window, entry, unknown)
+
+    def add(self, jacobian: FloatArray, residual: FloatArray, values: FloatArray, side: FloatArray) -> None:
+        """Add the quadratic rows to the flat values and all rows to the right-hand side, in place.
+
+        Parameters
+        ----------
+        jacobian : (q, w, 3) at the state
+        residual : (q,)
+        """
+        if len(self.shape):
+            j = (jacobian[self.shape] * self.mask[self.shape]).reshape(len(self.shape), -1)
+            self.window.add(values, j[:, :, None] * j[:, None, :])
+        if len(self.entry):
+            row = self.entry // (jacobian.shape[1] * 3)
+            share = jacobian.ravel()[self.entry] * residual[row]
+            side -= np.bincount(self.unknown, share, minlength=len(side))
