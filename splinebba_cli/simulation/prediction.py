@@ -20,7 +20,8 @@ from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.network import BoolArray, FloatArray, Network
 from splinebba_cli.core.observations.coefficient_rows import CoefficientRows, concatenate_rows, gauge_rows
-from splinebba_cli.core.observations.locations import held_locations, search_locations
+from splinebba_cli.core.observations.location_search import search_locations
+from splinebba_cli.core.observations.locations import held_locations
 from splinebba_cli.core.observations.shape_conditions import control_rows
 from splinebba_cli.core.quality.determinacy import require_determined, require_rank
 from splinebba_cli.core.quality.evaluation import Adjusted, evaluate

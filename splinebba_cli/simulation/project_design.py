@@ -15,7 +15,7 @@ import numpy as np
 from splinebba_cli.core.approximation.starting_values import starting_state
 from splinebba_cli.core.camera.rotation import angles_from_rotation
 from splinebba_cli.core.network import BoolArray, Curve, FloatArray, IntArray, Network
-from splinebba_cli.core.observations.locations import search_locations, squared_distance
+from splinebba_cli.core.observations.location_search import search_locations, squared_distance
 from splinebba_cli.core.state import prepare
 from splinebba_cli.errors import SimulationError
 from splinebba_cli.project.loading import LoadedProject

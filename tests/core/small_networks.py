@@ -21,7 +21,7 @@ from splinebba_cli.core.network import (
     RotationSequence,
 )
 from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
-from splinebba_cli.core.observations.locations import search_locations
+from splinebba_cli.core.observations.location_search import search_locations
 from splinebba_cli.core.observations.shape_conditions import control_rows
 from splinebba_cli.core.state import State, prepare
 from splinebba_cli.simulation.six_image_block import simulate_block

@@ -13,7 +13,7 @@ from splinebba_cli import load_project, simulate
 from splinebba_cli.core.adjustment import adjust
 from splinebba_cli.core.camera.rotation import angles_from_rotation
 from splinebba_cli.core.network import Curve, FloatArray, Network
-from splinebba_cli.core.observations.locations import squared_distance
+from splinebba_cli.core.observations.location_search import squared_distance
 from splinebba_cli.core.state import prepare
 from splinebba_cli.errors import ProjectError, SimulationError
 from splinebba_cli.project.loading import LoadedProject

@@ -29,7 +29,8 @@ from splinebba_cli.core.network import BoolArray, FloatArray
 from splinebba_cli.core.observations.coefficient_rows import (
     knot_distance,
 )
-from splinebba_cli.core.observations.locations import held_locations, search_locations
+from splinebba_cli.core.observations.location_search import search_locations
+from splinebba_cli.core.observations.locations import held_locations
 from splinebba_cli.core.state import Prepared, State
 
 WAYS = (

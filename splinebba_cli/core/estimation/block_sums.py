@@ -11,7 +11,40 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinebba_cli.core.estimation.block_matrix import BlockStructure
-from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class Grouping:
+    """Rows that belong to the same target."""
+
+    order: IntArray  # (g,) rows, target by target
+    starts: IntArray  # (u,) first place of every target in `order`
+    slot: IntArray  # (g,) number of the target of every row
+
+    @classmethod
+    def of(cls, key: IntArray) -> Grouping:
+        """Group rows by key, (g,)."""
+        order = np.argsort(key, kind="stable")
+        ordered = key[order]
+        first = np.append(True, ordered[1:] != ordered[:-1]) if len(key) else np.zeros(0, dtype=bool)
+        slot = np.empty(len(key), dtype=np.int64)
+        slot[order] = np.cumsum(first) - 1
+        return cls(order, np.flatnonzero(first), slot)
+
+    def __len__(self) -> int:
+        return len(self.starts)
+
+    @property
+    def one(self) -> IntArray:
+        """One row of every target, (u,)."""
+        return self.order[self.starts]
+
+    def sums(self, rows: FloatArray) -> FloatArray:
+        """Sums of rows (g, e) by target, (u, e)."""
+        if len(self.starts) == len(self.order):
+            return rows[self.order]
+        return np.add.reduceat(rows[self.order], self.starts, axis=0)
 
 
 @dataclass(frozen=True)
@@ -20,12 +53,18 @@ class PartPlaces:
 
     rows: slice  # of the window
     columns: slice
-    offset: IntArray  # (G,) first entry of the block in the flat values
-    alone: bool  # whether every block gets one window only
+    offset: IntArray  # (u,) first entry of every block in the flat values
+    grouping: Grouping | None  # None where every block gets one window only, of all that there are
 
     @classmethod
-    def of(cls, structure: BlockStructure, nodes: IntArray, a: int, b: int, begins: IntArray) -> PartPlaces:
+    def of(
+        cls, structure: BlockStructure, nodes: IntArray, a: int, b: int, begins: IntArray, own: BoolArray
+    ) -> PartPlaces:
         """Part (a, b) of windows of nodes (G, n) that begin at unknowns `begins` (n + 1,).
+
+        Parameters
+        ----------
+        own : (G,) whether no window but these reaches the second node
 
         Raises
         ------
@@ -33,39 +72,22 @@ class PartPlaces:
             If a pair of nodes is not in the pattern.
         """
         block = structure.find(nodes[:, a], nodes[:, b])
-        alone = len(np.unique(block)) == len(block)
-        return cls(
-            slice(int(begins[a]), int(begins[a + 1])), slice(int(begins[b]), int(begins[b + 1])),
-            structure.offsets[block], alone,
-        )  # fmt: skip
+        grouping = Grouping.of(block)
+        alone = len(grouping) == len(block) and bool(own.all())
+        rows, columns = (slice(int(begins[k]), int(begins[k + 1])) for k in (a, b))
+        chosen = block if alone else block[grouping.one]
+        return cls(rows, columns, structure.offsets[chosen], None if alone else grouping)
 
+    @property
+    def entries(self) -> int:
+        """Entries of one block."""
+        return int((self.rows.stop - self.rows.start) * (self.columns.stop - self.columns.start))
 
-@dataclass(frozen=True)
-class PartSums:
-    """Sums of one part over the windows of a chunk."""
+    def sums(self, matrices: FloatArray) -> FloatArray:
+        """Sums of this part of window matrices (G, P, P) by block, (u, entries)."""
+        blocks = matrices[:, self.rows, self.columns].reshape(len(matrices), -1)
+        return blocks if self.grouping is None else self.grouping.sums(blocks)
 
-    offset: IntArray  # (u,) different blocks
-    sums: FloatArray  # (u, entries)
-
-    def add_to(self, values: FloatArray) -> None:
-        """Add to the flat values, in place."""
-        values[self.offset[:, None] + np.arange(self.sums.shape[1])] += self.sums
-
-
-def part_sums(part: PartPlaces, matrices: FloatArray) -> PartSums:
-    """Sums of a part of window matrices (G, P, P) by block."""
-    blocks = matrices[:, part.rows, part.columns].reshape(len(matrices), -1)
-    if part.alone:
-        return PartSums(part.offset, blocks)
-    one, sums = sums_by(part.offset, blocks)
-    return PartSums(part.offset[one], sums)
-
-
-def sums_by(key: IntArray, rows: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Sums of rows (g, e) of equal key: one row of every key (u,), and the sums (u, e)."""
-    order = np.argsort(key, kind="stable")
-    ordered = key[order]
-    starts = np.flatnonzero(np.append(True, ordered[1:] != ordered[:-1])) if len(key) else order
-    if len(starts) == len(key):
-        return order, rows[order]
-    return order[starts], np.add.reduceat(rows[order], starts, axis=0)
+    def add(self, sums: FloatArray, values: FloatArray) -> None:
+        """Add sums (u, entries) to the flat values, in place."""
+        values[self.offset[:, None] + np.arange(self.entries)] += sums

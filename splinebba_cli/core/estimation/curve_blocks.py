@@ -16,7 +16,7 @@ import numpy as np
 from splinebba_cli.core.curves.basis import MAX_POWER
 from splinebba_cli.core.curves.curve_set import CurveSet
 from splinebba_cli.core.estimation.parameters import ParameterLayout
-from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 
 NO_NODE = -1
 
@@ -76,6 +76,11 @@ class CurveBlocks:
     def kind(self) -> IntArray:
         """Number of the signature of every block (the sizes of its nodes), (B,)."""
         return np.asarray(np.unique(self.sizes, axis=0, return_inverse=True)[1].ravel())
+
+    @cached_property
+    def shared(self) -> BoolArray:
+        """Whether a node is part of several blocks, (highest node + 1,)."""
+        return np.asarray(np.bincount(self.nodes[self.nodes >= 0]) > 1)
 
     def powers(self, count: int) -> FloatArray:
         """Powers of t of all segments over the first coefficients of their blocks, (4, count, S)."""

@@ -19,7 +19,8 @@ from splinebba_cli.core.estimation.normal_equations import Assembler, Linearizat
 from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
-from splinebba_cli.core.observations.locations import held_locations, refine_locations, search_locations
+from splinebba_cli.core.observations.location_search import search_locations
+from splinebba_cli.core.observations.locations import held_locations, refine_locations
 from splinebba_cli.core.observations.shape_conditions import control_rows
 from splinebba_cli.core.result import Iteration
 from splinebba_cli.core.state import Prepared, State, on_shape

@@ -19,11 +19,14 @@ from splinebba_cli.core.estimation.damping import Damping, curve_costs
 from splinebba_cli.core.estimation.elimination import EliminatedPoints
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
-from splinebba_cli.core.observations.locations import held_locations, refine_locations, search_locations
+from splinebba_cli.core.observations.location_search import search_locations
+from splinebba_cli.core.observations.locations import held_locations, refine_locations
 from splinebba_cli.core.result import Iteration
 from splinebba_cli.core.state import State, on_shape
 
-NEGLIGIBLE = 1e-6  # of sigma
+VANISHING = 1e-6  # of sigma
+NEGLIGIBLE = 2e-3  # of sigma, for the worst of all functions of the unknowns; a single unknown is far better
+RAPID = 0.02  # of the last step: shrinking faster, one more iteration brings many digits
 STATIONARY = 5e-2  # of sigma, where the cost no longer changes
 PIVOT_TOLERANCE = 1e-14
 TRIAL_STEPS = 12  # of Newton's method for the foot points
@@ -98,7 +101,7 @@ def solve(
             run.make_plain()
         else:
             again = _linearized(assembler, search_locations(assembler.prepared, at.state))
-            if again.cost >= at.cost * (1.0 - UNCHANGED) - UNCHANGED * NEGLIGIBLE:
+            if again.cost >= at.cost * (1.0 - UNCHANGED) - UNCHANGED * VANISHING:
                 name = "step negligible" if step.length <= NEGLIGIBLE else "cost stationary"
                 return Solution(at, step.factor, step.eliminated, True, name, tuple(run.log))
             at, run.last_decrease = again, np.inf
@@ -164,11 +167,12 @@ class _Run:
     def settled(self, step: _Step, at: Linearization) -> bool:
         """Whether a step is negligible, or small while neither it nor the cost shrinks any more."""
         contracting = step.length <= CONTRACTING * self.last_length
+        negligible = step.length <= NEGLIGIBLE and step.length > RAPID * self.last_length
         stationary = (
             self.last_decrease <= UNCHANGED * at.cost and step.length <= self.stationary and not contracting
         )
         self.last_length = step.length
-        return step.length <= NEGLIGIBLE or stationary
+        return step.length <= VANISHING or negligible or stationary
 
     def make_plain(self) -> None:
         """Take off the damping first, then the second-order part."""

@@ -13,10 +13,10 @@ import numpy as np
 
 from splinebba_cli.core.estimation.block_cholesky import SymbolicFactor, analyse
 from splinebba_cli.core.estimation.block_matrix import BlockStructure
-from splinebba_cli.core.estimation.block_sums import sums_by
+from splinebba_cli.core.estimation.block_sums import Grouping
 from splinebba_cli.core.estimation.coefficient_normals import CoefficientNormals
 from splinebba_cli.core.estimation.curve_blocks import CurveBlocks
-from splinebba_cli.core.estimation.curve_normals import CurveNormals, Located, ResidualsOnCurves
+from splinebba_cli.core.estimation.curve_normals import CurveNormals
 from splinebba_cli.core.estimation.curve_windows import CurveWindows
 from splinebba_cli.core.estimation.elimination import (
     EliminatedPoints,
@@ -25,6 +25,7 @@ from splinebba_cli.core.estimation.elimination import (
 )
 from splinebba_cli.core.estimation.kept_points import KeptPoints
 from splinebba_cli.core.estimation.linked_windows import LinkedWindows
+from splinebba_cli.core.estimation.located_points import Located, ResidualsOnCurves
 from splinebba_cli.core.estimation.parameters import ORIENTATION_SIZE, ParameterLayout, node_positions
 from splinebba_cli.core.estimation.pattern import pattern_of
 from splinebba_cli.core.estimation.segment_windows import (
@@ -268,13 +269,14 @@ class Assembler:
         ):
             if len(image):
                 a = jacobian * mask[image][:, None, :]
-                transposed = a.transpose(0, 2, 1)
+                transposed, by_image = a.transpose(0, 2, 1), Grouping.of(image)
                 for out, rows in (
                     (blocks, np.matmul(transposed, a)),
                     (image_side, -np.matmul(transposed, residual[:, :, None])),
                 ):
-                    one, sums = sums_by(image, rows.reshape(len(image), -1))
-                    out[image[one]] += sums.reshape(-1, *out.shape[1:])
+                    out[image[by_image.one]] += by_image.sums(rows.reshape(len(image), -1)).reshape(
+                        -1, *out.shape[1:]
+                    )
         images = np.arange(len(mask))
         place = structure.offsets[structure.find(images, images)][:, None] + np.arange(36)
         values[place] += blocks.reshape(-1, 36)

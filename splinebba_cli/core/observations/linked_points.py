@@ -51,6 +51,8 @@ class LinkedEquations:
     @property
     def cost(self) -> float:
         """Sum of squares of all rows, at the present locations."""
+        if not self.batches:
+            return 0.0
         return float(
             self.along @ self.along
             + self.arc_residual @ self.arc_residual

@@ -16,7 +16,8 @@ import numpy as np
 
 from splinebba_cli.core.camera.collinearity import project
 from splinebba_cli.core.network import FloatArray, IntArray
-from splinebba_cli.core.observations.locations import location_bounds, search_locations
+from splinebba_cli.core.observations.location_search import search_locations
+from splinebba_cli.core.observations.locations import location_bounds
 from splinebba_cli.core.state import Prepared, State
 
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)  # multiples of it modulo 1 are all different and evenly spread

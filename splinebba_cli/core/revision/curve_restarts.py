@@ -17,7 +17,8 @@ import numpy as np
 from splinebba_cli.core.estimation.curve_stage import curves_alone, merged, solve_curves
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
 from splinebba_cli.core.network import FloatArray
-from splinebba_cli.core.observations.locations import held_locations, search_locations
+from splinebba_cli.core.observations.location_search import search_locations
+from splinebba_cli.core.observations.locations import held_locations
 from splinebba_cli.core.revision.graduated_weights import costs, last_scale, residual_size, weights
 from splinebba_cli.core.revision.observation_list import CURVES, DISTANCES, ObservationList
 from splinebba_cli.core.revision.observation_weights import faintly_weighted

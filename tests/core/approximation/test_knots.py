@@ -10,7 +10,7 @@ from splinebba_cli.core.approximation.curve_refinement import refine_curves
 from splinebba_cli.core.approximation.starting_values import starting_state
 from splinebba_cli.core.curves.support import supported_knots
 from splinebba_cli.core.network import KnotPolicy, Network
-from splinebba_cli.core.observations.locations import squared_distance
+from splinebba_cli.core.observations.location_search import squared_distance
 from splinebba_cli.core.state import prepare
 from tests.core.free_curves import WINDING, block_with, tie
 

@@ -32,6 +32,8 @@ NO_OBSERVATIONS = {
     "foot_points",
     "curve_point_rows",  # the same equations for assembly, compared with curve_points
     "location_search",
+    "nearby_segments",
+    "nearest_branch",
     "along_curve",
     "chain_elimination",
     "curve_kinematics",
