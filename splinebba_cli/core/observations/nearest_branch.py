@@ -16,8 +16,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from splinebba_cli.core.measured_rays import MeasuredRays
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
-from splinebba_cli.core.observations.photo_polynomials import photo_polynomials, places_on_segments
+from splinebba_cli.core.observations.photo_polynomials import (
+    CurvePlaces,
+    photo_polynomials,
+    places_on_segments,
+)
 from splinebba_cli.core.state import Prepared, State
 from splinebba_cli.core.threads import in_threads
 
@@ -26,6 +31,7 @@ REACH = 20.0
 STRAIGHT = 0.866  # cosine of the largest angle against the chord, and between chords of neighbours
 SMOOTH = 1e-6  # 1 - cosine of the angle at a joint
 EVEN_DEPTH = 1.05  # ratio of the largest to the smallest depth along a segment
+FOOT = 1e-3  # of sigma along the curve: nearer to a foot point than that
 BEYOND = 0.02  # of a segment, how far behind its ends a foot point may be
 
 
@@ -110,9 +116,11 @@ def _sure_in_tracks(
     place = np.minimum(segment - begin[track], longest - 1)
     rays = prepared.rays_by_component[points]
     with np.errstate(all="ignore"):
-        value = places_on_segments(table, track * longest + place, t).value
-        distance = np.sqrt(((value[:2] / value[2] - rays.xy) ** 2).sum(axis=0))
-        sure = usable[track] & (t >= -BEYOND) & (t <= 1.0 + BEYOND) & (distance < hulls.reach[track, place])
+        places = places_on_segments(table, track * longest + place, t)
+        off = places.value[:2] / places.value[2] - rays.xy
+        distance = np.sqrt((off**2).sum(axis=0))
+        sure = usable[track] & (_along(places, rays, off) < FOOT)
+        sure &= (t >= -BEYOND) & (t <= 1.0 + BEYOND) & (distance < hulls.reach[track, place])
         for other in range(longest):
             away = (place != other) & (other < count[track])
             if not away.any():
@@ -127,3 +135,10 @@ def _sure_in_tracks(
             joined &= distance < hulls.reach[track, other]
             sure &= outside | joined | ~away
     return np.asarray(sure)
+
+
+def _along(places: CurvePlaces, rays: MeasuredRays, off: FloatArray) -> FloatArray:
+    """Residual along the curve in sigma, absolute, (n,)."""
+    slope = (places.first[:2] - (off + rays.xy) * places.first[2]) / places.value[2]
+    r, b = rays.whitened(off), rays.whitened(slope)
+    return np.asarray(np.abs(r[0] * b[0] + r[1] * b[1]) / np.sqrt(b[0] ** 2 + b[1] ** 2))
