@@ -12,9 +12,9 @@ import numpy as np
 from splinebba_cli.core.estimation.block_matrix import BlockStructure
 from splinebba_cli.core.estimation.parameters import ParameterLayout
 from splinebba_cli.core.estimation.segment_windows import coefficient_slots
-from splinebba_cli.core.estimation.window_map import WindowMap
+from splinebba_cli.core.estimation.window_map import Slot, WindowMap
 from splinebba_cli.core.network import FloatArray, IntArray
-from splinebba_cli.core.observations.coefficient_rows import SHAPE, CoefficientRows
+from splinebba_cli.core.observations.coefficient_rows import GAUGE, SHAPE, CoefficientRows
 
 PART = 20_000
 """Rows whose products are held at once."""
@@ -45,12 +45,17 @@ class CoefficientNormals:
         mask = layout.coefficient_mask[rows.columns]
         shape = np.flatnonzero(rows.component == SHAPE)
         constant = np.zeros(structure.n_entries)
-        linear = np.flatnonzero(rows.component != SHAPE)
-        for begin in range(0, len(linear), PART):
-            part = linear[begin : begin + PART]
-            window = WindowMap.of(structure, coefficient_slots(layout, rows.columns[part]))
-            j = (rows.jacobian[part] * mask[part]).reshape(len(part), -1)
-            window.add(constant, j[:, :, None] * j[:, None, :])
+        for kind in (np.flatnonzero(rows.component == GAUGE), np.flatnonzero(rows.component < GAUGE)):
+            for begin in range(0, len(kind), PART):
+                part = kind[begin : begin + PART]
+                j = rows.jacobian[part] * mask[part]
+                slots = coefficient_slots(layout, rows.columns[part])
+                if rows.component[part[0]] < GAUGE:  # of one coordinate only
+                    component = rows.component[part]
+                    j = j[np.arange(len(part)), :, component]
+                    slots = [Slot(slot.node, slot.start + component, 1) for slot in slots]
+                j = j.reshape(len(part), -1)
+                WindowMap.of(structure, slots).add(constant, j[:, :, None] * j[:, None, :])
         used = rows.jacobian * mask != 0.0
         used[shape] = mask[shape] != 0.0
         entry = np.flatnonzero(used)

@@ -1,7 +1,7 @@
 """Normal equations of one chunk of measured curve points: the kernel of :mod:`curve_chunk`, compiled.
 
 For every window: its segments in the photo frame, then point by point the row across (and along, where it stays), its
-product with itself, and at last the parts of the window where they belong.
+product with itself, and at last the parts of the window where they belong.  Rows are padded to whole vectors.
 """
 
 from __future__ import annotations
@@ -11,20 +11,26 @@ from numba import njit
 
 from splinebba_cli.core.observations.photo_segments_compiled import photo_segment
 
+LANES = 8
+"""Numbers of a vector register of the widest kind."""
+
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
-def _point_rows(q, t, weights, rotation, distance, whitening, xy, size, count, across, along):
-    """Rows across and along at t on a segment q of the photo frame; returns residual along and whether in front."""
-    p = np.empty(3)
-    d = np.empty(3)
+def _directions(q, t, whitening, xy, p, out):
+    """Place p in the photo frame; into out: x, y, the unit vector along, residuals across and along.
+
+    Returns whether the place is in front of the camera.
+    """
+    d0 = q[1, 0] + t * (2.0 * q[2, 0] + 3.0 * t * q[3, 0])
+    d1 = q[1, 1] + t * (2.0 * q[2, 1] + 3.0 * t * q[3, 1])
+    d2 = q[1, 2] + t * (2.0 * q[2, 2] + 3.0 * t * q[3, 2])
     for k in range(3):
         p[k] = q[0, k] + t * (q[1, k] + t * (q[2, k] + t * q[3, k]))
-        d[k] = q[1, k] + t * (2.0 * q[2, k] + 3.0 * t * q[3, k])
     if not p[2] < 0.0:
-        return 0.0, False
+        return False
     inverse = 1.0 / p[2]
     x, y = p[0] * inverse, p[1] * inverse
-    sx, sy = (d[0] - x * d[2]) * inverse, (d[1] - y * d[2]) * inverse
+    sx, sy = (d0 - x * d2) * inverse, (d1 - y * d2) * inverse
     ex, ey = x - xy[0], y - xy[1]
     r0, r1 = whitening[0, 0] * ex + whitening[0, 1] * ey, whitening[1, 0] * ex + whitening[1, 1] * ey
     b0, b1 = whitening[0, 0] * sx + whitening[0, 1] * sy, whitening[1, 0] * sx + whitening[1, 1] * sy
@@ -33,17 +39,15 @@ def _point_rows(q, t, weights, rotation, distance, whitening, xy, size, count, a
         b0, b1 = b0 / speed, b1 / speed
     else:
         b0, b1 = 0.0, 1.0
-    residual = b0 * r0 + b1 * r1
-    _project(-b1, b0, p, x, y, inverse, t, weights, rotation, distance, whitening, size, count, across)
-    across[size + 3 * count] = b0 * r1 - b1 * r0
-    _project(b0, b1, p, x, y, inverse, t, weights, rotation, distance, whitening, size, count, along)
-    along[size + 3 * count] = residual
-    return residual, True
+    out[0], out[1], out[2], out[3] = x, y, b0, b1
+    out[4], out[5] = b0 * r1 - b1 * r0, b0 * r0 + b1 * r1
+    return True
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
-def _project(n0, n1, p, x, y, inverse, t, weights, rotation, distance, whitening, size, count, row):
+def _project(n0, n1, p, x, y, basis, rotation, distance, whitening, size, count, row):
     """Derivatives of the residual along (n0, n1) over orientation and coefficients."""
+    inverse = 1.0 / p[2]
     m0 = n0 * whitening[0, 0] + n1 * whitening[1, 0]
     m1 = n0 * whitening[0, 1] + n1 * whitening[1, 1]
     h2 = -(m0 * x + m1 * y) * inverse
@@ -56,18 +60,20 @@ def _project(n0, n1, p, x, y, inverse, t, weights, rotation, distance, whitening
         row[0], row[1], row[2] = h1 * w - h2 * v, h2 * u - h0 * w, h0 * v - h1 * u
         row[3], row[4], row[5] = -g0, -g1, -g2
     for j in range(count):
-        n = weights[0, j] + t * (weights[1, j] + t * (weights[2, j] + t * weights[3, j]))
-        k = size + 3 * j
+        k, n = size + 3 * j, basis[j]
         row[k], row[k + 1], row[k + 2] = n * g0, n * g1, n * g2
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
-def _add_product(row, window):
-    """Upper triangle of window += row row'."""
-    for i in range(len(row)):
+def _add_product(row, width, window):
+    """Window += row row', upper triangle and what completes its vectors."""
+    vectors = window.shape[1] // LANES
+    for i in range(width):
         a = row[i]
-        for j in range(i, len(row)):
-            window[i, j] += a * row[j]
+        for vector in range(i // LANES, vectors):
+            begin = vector * LANES
+            for lane in range(LANES):
+                window[i, begin + lane] += a * row[begin + lane]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -87,8 +93,9 @@ def chunk_sums(
     alone : (parts,) whether it is in `values`
     """
     width = size + 3 * count + 1
-    window = np.empty((width, width))
-    row, other, q = np.empty(width), np.empty(width), np.empty((4, 3))
+    padded = (width + LANES - 1) // LANES * LANES
+    window, row = np.empty((width, padded)), np.zeros(padded)
+    q, p, found, basis = np.empty((4, 3)), np.empty(3), np.empty(6), np.empty(count)
     for g in range(first_window, last_window):
         i = image[g]
         window[:] = 0.0
@@ -99,24 +106,26 @@ def chunk_sums(
             if s != last:
                 photo_segment(polynomials[s], position[i], rotation[i], distance[i], q)
                 last = s
-            residual, front = _point_rows(
-                q, t[n], weights[s], rotation[i], distance[i], whitening[n], xy[n], size, count, row, other
-            )
-            if not front:
+            if not _directions(q, t[n], whitening[n], xy[n], p, found):
                 return False
-            across[n], along[n] = row[width - 1], residual
-            _add_product(row, window)
-            stays = free_along[k] and (held[n] or abs(residual) > unsettled)
+            x, y, b0, b1 = found[0], found[1], found[2], found[3]
+            for j in range(count):
+                basis[j] = weights[s, 0, j] + t[n] * (
+                    weights[s, 1, j] + t[n] * (weights[s, 2, j] + t[n] * weights[s, 3, j])
+                )
+            _project(-b1, b0, p, x, y, basis, rotation[i], distance[i], whitening[n], size, count, row)
+            across[n], along[n] = found[4], found[5]
+            row[width - 1] = found[4]
+            _add_product(row, width, window)
+            stays = free_along[k] and (held[n] or abs(found[5]) > unsettled)
             kept[n] = stays
             if stays:
-                _add_product(other, window)
+                _project(b0, b1, p, x, y, basis, rotation[i], distance[i], whitening[n], size, count, row)
+                row[width - 1] = found[5]
+                _add_product(row, width, window)
         local = g - first_window
         if len(mask):
-            for a in range(width):
-                for b in range(a, width):
-                    window[a, b] *= (mask[local, a] if a < width - 1 else 1.0) * (
-                        mask[local, b] if b < width - 1 else 1.0
-                    )
+            _take_out(mask[local], window)
         _store(window, local, spans, target, alone, values, shared)
         for a in range(size):
             image_side[image_slot[local], a] -= window[a, width - 1]
@@ -126,12 +135,29 @@ def chunk_sums(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _take_out(mask, window):
+    """Rows and columns of removed unknowns times 0."""
+    width = len(mask)
+    for a in range(width):
+        for b in range(a, width):
+            window[a, b] *= mask[a] * mask[b]
+        window[a, width] *= mask[a]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _store(window, local, spans, target, alone, values, shared):
     """Add the parts of a window to their targets."""
     for part in range(len(spans)):
         out = values if alone[part] else shared
-        place = target[part, local]
-        for a in range(spans[part, 0], spans[part, 1]):
-            for b in range(spans[part, 2], spans[part, 3]):
-                out[place] += window[min(a, b), max(a, b)]
-                place += 1
+        place, columns = target[part, local], spans[part, 3] - spans[part, 2]
+        first, left = spans[part, 0], spans[part, 2]
+        for a in range(spans[part, 1] - first):
+            if first == left:
+                for b in range(a):
+                    out[place + b] += window[left + b, first + a]
+                for b in range(a, columns):
+                    out[place + b] += window[first + a, left + b]
+            else:
+                for b in range(columns):
+                    out[place + b] += window[first + a, left + b]
+            place += columns

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from splinebba_cli.core.curves.basis import MAX_POWER, power_row
-from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.core.state import Prepared
 
 SAMPLES = np.linspace(0.0, 1.0, 13)
@@ -23,13 +23,26 @@ def folded_segments(prepared: Prepared, coefficients: FloatArray) -> IntArray:
     count = len(curves.bases)
     if not len(curves.left):
         return np.zeros(count, dtype=np.int64)
+    segments = np.diff(curves.segment_start)
+    curve = np.repeat(np.arange(count), segments)
     local = curves.segment_polynomials(coefficients)[:, :MAX_POWER]  # (S, 4, 3) power form
-    derivative = np.matmul(power_row(SAMPLES, 1), local)  # (S, 13, 3)
+    suspect = np.flatnonzero((segments[curve] > 1) & ~curves.trigonometric & _may_turn_back(local))
+    derivative = np.matmul(power_row(SAMPLES, 1), local[suspect])  # (q, 13, 3)
     norm = np.linalg.norm(derivative, axis=2)
     tangent = derivative / np.maximum(norm, 1e-300)[:, :, None]
     cosine = np.sum(tangent[:, 1:] * tangent[:, :-1], axis=2)
     turn = np.arccos(np.clip(cosine, -1.0, 1.0)).sum(axis=1)
-    segments = np.diff(curves.segment_start)
-    curve = np.repeat(np.arange(count), segments)
-    folded = (turn > LARGEST_TURN) & (segments[curve] > 1) & ~curves.trigonometric
-    return np.bincount(curve[folded], minlength=count)
+    return np.bincount(curve[suspect[turn > LARGEST_TURN]], minlength=count)
+
+
+def _may_turn_back(local: FloatArray) -> BoolArray:
+    """Whether the three legs of the Bezier polygon of each segment are not all within 90 degrees of each other, (S,).
+
+    The derivative is a mean of the legs with positive weights: where they are, the tangent turns by less.
+    """
+    first, second = local[:, 1], local[:, 1] + local[:, 2]
+    third = second + local[:, 2] + 3.0 * local[:, 3]
+    closest = np.minimum.reduce(
+        [np.sum(a * b, axis=1) for a, b in ((first, second), (second, third), (first, third))]
+    )
+    return np.asarray(closest <= 0.0)

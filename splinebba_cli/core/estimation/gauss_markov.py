@@ -33,6 +33,7 @@ TRIAL_STEPS = 12  # of Newton's method for the foot points
 UNCHANGED = 1e-7  # of the cost
 CONTRACTING = 0.3  # of the last step: iterations that shrink faster go on
 MUCH_WORSE = 1.5
+SAME_LOCATION = 1e-8
 OWN_LIMIT = 1.0  # damping of one curve beyond which it is no longer held back
 FORGETTING = 0.8  # per step
 RESTLESS = 0.1  # of the changes of all curves in the last steps
@@ -100,8 +101,8 @@ def solve(
         elif not run.plain:
             run.make_plain()
         else:
-            again = _linearized(assembler, search_locations(assembler.prepared, at.state))
-            if again.cost >= at.cost * (1.0 - UNCHANGED) - UNCHANGED * VANISHING:
+            again = _searched_again(assembler, at)
+            if again is at or again.cost >= at.cost * (1.0 - UNCHANGED) - UNCHANGED * VANISHING:
                 name = "step negligible" if step.length <= NEGLIGIBLE else "cost stationary"
                 return Solution(at, step.factor, step.eliminated, True, name, tuple(run.log))
             at, run.last_decrease = again, np.inf
@@ -213,6 +214,13 @@ def _linearized(assembler: Assembler, state: State) -> Linearization:
         return assembler.linearize(state, held_locations(assembler.prepared, state.location))
     except FloatingPointError as error:
         raise FloatingPointError(f"approximate values: {error}") from error
+
+
+def _searched_again(assembler: Assembler, at: Linearization) -> Linearization:
+    """Equations with all foot points searched globally; the same ones where none moves."""
+    state = search_locations(assembler.prepared, at.state)
+    moved = np.abs(state.location - at.state.location) > SAME_LOCATION * np.abs(at.state.location)
+    return _linearized(assembler, state) if moved.any() else at
 
 
 @dataclass(frozen=True)
