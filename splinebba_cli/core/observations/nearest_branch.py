@@ -7,7 +7,8 @@ A measured point at distance d from its foot point: a nearer place would lie in 
   distance is convex wherever d' M < m^2, d' the distance of the places concerned; the part of such a nearly straight
   curve that begins and ends in the circle stays within 5 d.
 
-So d < m^2 / (10 M), with a factor of 2 for safety, is enough.  The rest is searched.
+So d < m^2 / (10 M), with a factor of 2 for safety, is enough: for a whole curve that is smooth and nowhere turns more
+than 60 degrees from its chord, or for the segment of the foot point and its neighbours.  The rest is searched.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from splinebba_cli.core.threads import in_threads
 
 WHOLE = 16  # segments of a curve up to which this is asked
 REACH = 20.0
+FORWARD = 0.5  # cosine of the largest angle of a whole curve against its chord
 STRAIGHT = 0.866  # cosine of the largest angle against the chord, and between chords of neighbours
 SMOOTH = 1e-6  # 1 - cosine of the angle at a joint
 EVEN_DEPTH = 1.05  # ratio of the largest to the smallest depth along a segment
@@ -60,11 +62,12 @@ class _Hulls:
     radius: FloatArray  # (g, s), inf where part is behind the camera
     reach: FloatArray  # (g, s) distance up to which foot points are unique
     smooth: BoolArray  # (g, s) continues into the next segment without a turn
+    whole: FloatArray  # (g,) distance up to which foot points are unique on the whole curve
 
     @classmethod
-    def of(cls, table: FloatArray, tracks: int) -> _Hulls:
-        """Hulls of all columns of a table of segments as images see them."""
-        a = table.reshape(4, 3, tracks, -1)
+    def of(cls, table: FloatArray, count: IntArray) -> _Hulls:
+        """Hulls of all columns of a table of segments as images see them, the first `count` (g,) of each row."""
+        a = table.reshape(4, 3, len(count), -1)
         thirds = np.stack(
             [a[0], a[0] + a[1] / 3.0, a[0] + (2.0 * a[1] + a[2]) / 3.0, a[0] + a[1] + a[2] + a[3]]
         )
@@ -87,11 +90,37 @@ class _Hulls:
                 length[2, :, :-1] * length[0, :, 1:]
             )
             turn = (unit[:, :, :-1] * unit[:, :, 1:]).sum(axis=0)
+            inside = np.arange(a.shape[3]) < count[:, None]
+            last = np.take_along_axis(b[3], (count - 1)[None, :, None], axis=2)[:, :, 0]
+            way = (last - b[0, :, :, 0]) / np.sqrt(((last - b[0, :, :, 0]) ** 2).sum(axis=0))
+            onward = (step * way[:, :, None]).sum(axis=1)
+            steady = (((onward > FORWARD * length).all(axis=0) & even & front) | ~inside).all(axis=1)
+            steady &= ((joint > 1.0 - SMOOTH) | ~inside[:, 1:]).all(axis=1)
+            whole = (
+                (3.0 * onward.min(axis=0)) ** 2 / (REACH * 6.0 * bend) + np.where(inside, 0.0, np.inf)
+            ).min(axis=1)
         smooth = np.zeros(reach.shape, dtype=bool)
         smooth[:, :-1] = (joint > 1.0 - SMOOTH) & (turn > STRAIGHT)
-        return cls(
-            centre, np.where(front, radius, np.inf), np.where(front & even & straight, reach, 0.0), smooth
-        )
+        reach = np.where(front & even & straight, reach, 0.0)
+        return cls(centre, np.where(front, radius, np.inf), reach, smooth, np.where(steady, whole, 0.0))
+
+    def unique(
+        self, track: IntArray, place: IntArray, distance: FloatArray, xy: FloatArray, count: IntArray
+    ) -> BoolArray:
+        """Whether foot points on segments `place`, `distance` from measured points xy (2, k), are the only ones, (k,).
+
+        Parameters
+        ----------
+        count : (g,) number of segments of every track
+        """
+        sure = distance < self.reach[track, place]
+        for other in range(self.reach.shape[1]):
+            away = (place != other) & (other < count[track])
+            gap = np.sqrt(((self.centre[:, track, other] - xy) ** 2).sum(axis=0)) - self.radius[track, other]
+            joined = (np.abs(place - other) == 1) & self.smooth[track, np.minimum(place, other)]
+            joined &= distance < self.reach[track, other]
+            sure &= (gap > distance) | joined | ~away
+        return np.asarray(sure)
 
 
 def _sure_in_tracks(
@@ -107,7 +136,7 @@ def _sure_in_tracks(
     every = np.arange(longest)
     segments = begin[:, None] + np.minimum(every, np.minimum(count, longest)[:, None] - 1)
     table = photo_polynomials(polynomials, prepared.principal_distance, state, image, segments)
-    hulls = _Hulls.of(table, len(image))
+    hulls = _Hulls.of(table, np.minimum(count, longest))
     track = (
         tracks.of_place[slice(int(tracks.starts[chunk.start]), int(tracks.starts[chunk.stop]))] - chunk.start
     )
@@ -119,21 +148,10 @@ def _sure_in_tracks(
         places = places_on_segments(table, track * longest + place, t)
         off = places.value[:2] / places.value[2] - rays.xy
         distance = np.sqrt((off**2).sum(axis=0))
-        sure = usable[track] & (_along(places, rays, off) < FOOT)
-        sure &= (t >= -BEYOND) & (t <= 1.0 + BEYOND) & (distance < hulls.reach[track, place])
-        for other in range(longest):
-            away = (place != other) & (other < count[track])
-            if not away.any():
-                continue
-            gap = (
-                np.sqrt(((hulls.centre[:, track, other] - rays.xy) ** 2).sum(axis=0))
-                - hulls.radius[track, other]
-            )
-            outside = gap > distance
-            next_to = np.abs(place - other) == 1
-            joined = next_to & hulls.smooth[track, np.minimum(place, other)]
-            joined &= distance < hulls.reach[track, other]
-            sure &= outside | joined | ~away
+        possible = usable[track] & (_along(places, rays, off) < FOOT) & (t >= -BEYOND) & (t <= 1.0 + BEYOND)
+        sure = possible & (distance < hulls.whole[track])
+        rest = np.flatnonzero(possible & ~sure)
+        sure[rest] = hulls.unique(track[rest], place[rest], distance[rest], rays.xy[:, rest], count)
     return np.asarray(sure)
 
 
