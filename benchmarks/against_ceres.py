@@ -162,7 +162,8 @@ def print_ratios(runs: list[Run], found: dict[str, Any]) -> None:
             f", σX {values['sigma_x']:+.1e}, σZ {values['sigma_z']:+.1e}"
         )  # fmt: skip
         output.print(
-            f"{images} images: v'Pv differs by {values['cost']:+.1e} of itself, orientations by at most "
+            f"{images} images: v'Pv differs by {values['cost']:+.1e} of itself ({values['cost_peer_rule']:+.1e} "
+            "with the peer's rule at joints), orientations by at most "
             f"{values['largest_difference']:.1e} σ (RMS {values['rms_difference']:.1e} σ){sigma}"
         )
 

@@ -19,6 +19,7 @@ BEGIN = time.perf_counter()
 import numpy as np  # noqa: E402
 
 from benchmarks.bench_block import network_from_npz  # noqa: E402
+from benchmarks.peer_rule import cost_difference  # noqa: E402
 from splinebba_cli.core.approximation.starting_values import starting_state  # noqa: E402
 from splinebba_cli.core.camera.rotation import angles_from_rotation  # noqa: E402
 from splinebba_cli.core.estimation.datum import datum_layout  # noqa: E402
@@ -102,6 +103,8 @@ def main() -> None:
         taken = watch.read()
         figures["dispersion_s"].append(taken[0])
         figures["dispersion_cpu_s"].append(taken[1])
+    with np.load(chosen.block) as archive:
+        own_segments = cost_difference(prepared, solution.state, archive["seg"].astype(np.int64))
     sigma = np.sqrt(np.diagonal(blocks, axis1=1, axis2=2))
     middle = len(sigma) // 2
     figures |= {
@@ -109,6 +112,7 @@ def main() -> None:
         "points": len(network.curve_observations),
         "iterations": len(solution.iterations),
         "cost": solution.linearization.cost / 2.0,
+        "cost_peer_rule": (solution.linearization.cost + own_segments) / 2.0,
         "sigma_x": float(sigma[middle, 3]),
         "sigma_z": float(sigma[middle, 5]),
     }
