@@ -32,14 +32,16 @@ READ_RESULT = """
 import json, sys
 with open(sys.argv[1], encoding="utf-8") as stream:
     result = json.load(stream)
-kept = {**result["status"], **result["statistics"], **result.get("timings", {})}
+timings = result["provenance"]["timestamps"]["timings_s"]
+kept = {**result["status"], **result["statistics"], **timings}
 print(json.dumps({name: value for name, value in kept.items() if isinstance(value, (int, float, str))}))
 """
 QUANTITIES = {
     "wall time, s": lambda run: run.wall_s,
     "CPU time, s": lambda run: run.cpu_s,
     "peak memory, GiB": lambda run: run.peak_bytes / 2**30,
-    "CPU time per iteration, s": lambda run: run.cpu_s / run.figures["iterations"],
+    "time per iteration, s": lambda run: run.figures["estimation_s"] / run.figures["iterations"],
+    "quality, s": lambda run: run.figures["quality_s"],
 }
 
 
@@ -97,7 +99,8 @@ def print_growth(runs: list[Run], first: int) -> None:
         "wall s",
         "CPU s",
         "iterations",
-        "CPU s / iteration",
+        "s / iteration",
+        "quality s",
         "GiB",
         "observations",
     ):
@@ -105,7 +108,8 @@ def print_growth(runs: list[Run], first: int) -> None:
     for run in runs:
         table.add_row(
             str(run.images), run.mode, f"{run.wall_s:.2f}", f"{run.cpu_s:.2f}",
-            str(run.figures["iterations"]), f"{run.cpu_s / run.figures['iterations']:.3f}",
+            str(run.figures["iterations"]), f"{run.figures['estimation_s'] / run.figures['iterations']:.3f}",
+            f"{run.figures['quality_s']:.2f}",
             f"{run.peak_bytes / 2**30:.2f}", str(run.figures["observations"]),
         )  # fmt: skip
     output = Console(width=None if sys.stdout.isatty() else 120)
@@ -153,7 +157,7 @@ def main() -> None:
 
         panels = {
             name: {mode: series(runs, mode, 0)[name] for mode in chosen.modes}
-            for name in ("wall time, s", "CPU time per iteration, s", "peak memory, GiB")
+            for name in ("wall time, s", "time per iteration, s", "peak memory, GiB")
         }
         plot_growth(panels, "images", chosen.plot)
 

@@ -18,7 +18,7 @@ from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 PYTHON = sys.executable
-TUNING = ("OPENBLAS_CORETYPE", "OPENBLAS_L2_SIZE", "PYTHONPATH", "SPLINEBBA_SPEED")
+TUNING = ("OPENBLAS_CORETYPE", "OPENBLAS_L2_SIZE", "PYTHONPATH", "SPLINEBBA_SPEED", "SOURCE_DATE_EPOCH")
 BYTES_OF_RSS = 1 if sys.platform == "darwin" else 1024
 
 
@@ -37,7 +37,7 @@ class FailedProcessError(RuntimeError):
 
 
 def environment(threads: int, extra: Mapping[str, str] | None = None) -> dict[str, str]:
-    """The environment of a measured process: nothing that tunes BLAS, a fixed number of threads."""
+    """The environment of a measured process: nothing that tunes BLAS or stops clocks, a fixed number of threads."""
     kept = {name: value for name, value in os.environ.items() if name not in TUNING}
     count = str(threads)
     return {
