@@ -124,7 +124,7 @@ def agreements(session: Session, blocks: list[Block], runs: list[Run]) -> dict[s
 
     found: dict[str, Any] = {}
     for block in blocks:
-        of_block = [run for run in runs if run.images == block.images]
+        of_block = [run for run in runs if run.size == block.images]
         ours = [run.figures for run in of_block if run.task == "solve"]
         peer = {key: value for run in of_block if run.task in ("ceres_vp", "ceres_cov")
                 for key, value in run.figures.items()}  # fmt: skip
@@ -206,7 +206,7 @@ def run(chosen: argparse.Namespace, folder: Path) -> None:
     for each in measure(session, blocks, chosen.repeats):
         runs.append(each)
         console.print(
-            f"{each.repetition + 1}: {each.task} {each.mode} {each.images}: {each.wall_s:.2f} s wall, "
+            f"{each.repetition + 1}: {each.task} {each.mode} {each.size}: {each.wall_s:.2f} s wall, "
             f"{each.cpu_s:.2f} s CPU, {each.peak_bytes / 2**20:.0f} MiB"
         )
         if chosen.json:

@@ -84,8 +84,8 @@ def exponents(runs: list[Run]) -> dict[str, dict[str, float | None]]:
     found: dict[str, dict[str, float | None]] = {}
     for mode in sorted({run.mode for run in runs}):
         chosen = [run for run in runs if run.mode == mode]
-        values = {name: [(run.images, run.figures[name]) for run in chosen] for name in TIMES}
-        values["peak_bytes"] = [(run.images, run.peak_bytes) for run in chosen]
+        values = {name: [(run.size, run.figures[name]) for run in chosen] for name in TIMES}
+        values["peak_bytes"] = [(run.size, run.peak_bytes) for run in chosen]
         found[mode] = {name: exponent(points) for name, points in values.items()}
     return found
 
@@ -98,9 +98,9 @@ def print_coasts(runs: list[Run]) -> None:
     for run in runs:
         f = run.figures
         table.add_row(
-            str(run.images), str(f["images"]), str(f["points"]), run.mode, str(f["iterations"]),
-            *(f"{f[name]:.2f}" for name in TIMES[:3]), f"{1e3 * f['total_s'] / run.images:.2f}",
-            f"{run.peak_bytes / 2**30:.2f}", f"{run.peak_bytes / 2**10 / run.images:.0f}",
+            str(run.size), str(f["images"]), str(f["points"]), run.mode, str(f["iterations"]),
+            *(f"{f[name]:.2f}" for name in TIMES[:3]), f"{1e3 * f['total_s'] / run.size:.2f}",
+            f"{run.peak_bytes / 2**30:.2f}", f"{run.peak_bytes / 2**10 / run.size:.0f}",
         )  # fmt: skip
     output = Console(width=None if sys.stdout.isatty() else 130)
     output.print(table)
@@ -112,10 +112,10 @@ def print_coasts(runs: list[Run]) -> None:
 
 def print_functions(runs: list[Run], output: Console) -> None:
     """Own time of functions at the longest coast, and how it grows."""
-    longest = max(runs, key=lambda run: run.images)
+    longest = max(runs, key=lambda run: run.size)
     of_mode = [run for run in runs if run.mode == longest.mode]
     for name, seconds in list(longest.figures["functions"].items())[:SHOWN]:
-        points = [(run.images, run.figures["functions"].get(name, 0.0)) for run in of_mode]
+        points = [(run.size, run.figures["functions"].get(name, 0.0)) for run in of_mode]
         growth = exponent(points)
         grows = "" if growth is None else f"exponent {growth:.2f}"
         output.print(f"{seconds:9.2f} s  {name:55s} {grows}", highlight=False)
@@ -161,9 +161,9 @@ def main() -> None:
 
         of = {mode: [run for run in runs if run.mode == mode] for mode in chosen.modes}
         panels = {
-            "time, s": {f"{name[:-2]}, {mode}": [(run.images, run.figures[name]) for run in chosen_runs]
+            "time, s": {f"{name[:-2]}, {mode}": [(run.size, run.figures[name]) for run in chosen_runs]
                         for mode, chosen_runs in of.items() for name in TIMES},
-            "peak memory, GiB": {mode: [(run.images, run.peak_bytes / 2**30) for run in chosen_runs]
+            "peak memory, GiB": {mode: [(run.size, run.peak_bytes / 2**30) for run in chosen_runs]
                                  for mode, chosen_runs in of.items()},
         }  # fmt: skip
         plot_growth(panels, "knots", chosen.plot)

@@ -120,7 +120,7 @@ COMPARISONS = (
 def ratios_of(runs: Sequence[Run]) -> list[Ratio]:
     """All comparisons that were measured, by size."""
     found = []
-    for images in sorted({run.images for run in runs}):
+    for images in sorted({run.size for run in runs}):
         for comparison in COMPARISONS:
             ours = select(runs, images, comparison.task, comparison.mode)
             theirs = select(runs, images, comparison.other_task, comparison.other_mode)

@@ -76,9 +76,9 @@ def kept_or_measured(block: Block, mode: str, chosen: argparse.Namespace, genera
 
 def series(runs: list[Run], mode: str, first: int) -> dict[str, list[tuple[float, float]]]:
     """(images, value) of every quantity, from `first` images on."""
-    chosen = sorted((run for run in runs if run.mode == mode), key=lambda run: run.images)
+    chosen = sorted((run for run in runs if run.mode == mode), key=lambda run: run.size)
     return {
-        name: [(run.images, value(run)) for run in chosen if run.images >= first]
+        name: [(run.size, value(run)) for run in chosen if run.size >= first]
         for name, value in QUANTITIES.items()
     }
 
@@ -107,7 +107,7 @@ def print_growth(runs: list[Run], first: int) -> None:
         table.add_column(name, justify="right")
     for run in runs:
         table.add_row(
-            str(run.images), run.mode, f"{run.wall_s:.2f}", f"{run.cpu_s:.2f}",
+            str(run.size), run.mode, f"{run.wall_s:.2f}", f"{run.cpu_s:.2f}",
             str(run.figures["iterations"]), f"{run.figures['estimation_s'] / run.figures['iterations']:.3f}",
             f"{run.figures['quality_s']:.2f}",
             f"{run.peak_bytes / 2**30:.2f}", str(run.figures["observations"]),

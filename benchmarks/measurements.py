@@ -1,6 +1,6 @@
 """Measured runs as plain records, kept in one JSON file per benchmark.
 
-{"benchmark": name, "machine": {...}, "runs": [{"images", "repetition", "task", "mode", "wall_s", ...}]}
+{"benchmark": name, "machine": {...}, "runs": [{"size", "repetition", "task", "mode", "wall_s", ...}]}
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ SPEED_VARIABLE = {PLAIN: "never", SPEED: "always"}  # values of SPLINEBBA_SPEED
 class Run:
     """One measured process."""
 
-    images: int
+    size: int  # images of a block, knots of a coast
     repetition: int
     task: str
     mode: str  # plain or speed; empty for the peer
@@ -32,19 +32,19 @@ class Run:
 
     @classmethod
     def of(
-        cls, measured: Measured, images: int, repetition: int, task: str, mode: str, figures: dict[str, Any]
+        cls, measured: Measured, size: int, repetition: int, task: str, mode: str, figures: dict[str, Any]
     ) -> Run:
         """A measured process with its name."""
         return cls(
-            images, repetition, task, mode, measured.wall_s, measured.cpu_s, measured.peak_bytes, figures
+            size, repetition, task, mode, measured.wall_s, measured.cpu_s, measured.peak_bytes, figures
         )
 
 
-def select(runs: Iterable[Run], images: int, task: str, mode: str = "") -> list[Run]:
+def select(runs: Iterable[Run], size: int, task: str, mode: str = "") -> list[Run]:
     """The runs of one kind, in the order of repetitions."""
-    wanted = (images, task, mode)
+    wanted = (size, task, mode)
     return sorted(
-        (run for run in runs if (run.images, run.task, run.mode) == wanted), key=lambda run: run.repetition
+        (run for run in runs if (run.size, run.task, run.mode) == wanted), key=lambda run: run.repetition
     )
 
 

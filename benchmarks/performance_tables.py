@@ -97,8 +97,8 @@ def _against_ceres(content: Content) -> dict[str, str]:
     first = markdown_table(
         ("images", "import s", "process with an empty cache s", "its first solution s", "first solution, cached s"),
         [
-            [str(run.images), _number(run.figures["import_s"]), _number(run.wall_s),
-             _number(run.figures["warm_up_s"]), _cached_warm_up(runs, run.images)]
+            [str(run.size), _number(run.figures["import_s"]), _number(run.wall_s),
+             _number(run.figures["warm_up_s"]), _cached_warm_up(runs, run.size)]
             for run in runs if run.task == "first_use"
         ],
     )  # fmt: skip
@@ -120,7 +120,7 @@ def _growth(content: Content) -> dict[str, str]:
             "peak GiB", "results GiB")  # fmt: skip
     rows = [
         [
-            str(run.images), run.mode, str(run.figures["observations"]), _number(run.wall_s), _number(run.cpu_s),
+            str(run.size), run.mode, str(run.figures["observations"]), _number(run.wall_s), _number(run.cpu_s),
             str(run.figures["iterations"]), _number(run.figures["estimation_s"] / run.figures["iterations"]),
             _number(run.figures["quality_s"]), _number(run.peak_bytes / 2**30),
             _number(run.figures["result_bytes"] / 2**30),
@@ -136,12 +136,12 @@ def _coastline(content: Content) -> dict[str, str]:
     rows = []
     for run in runs_of(content):
         f = run.figures
-        each = f["total_s"] / run.images
+        each = f["total_s"] / run.size
         rows.append([
-            str(run.images), str(f["images"]), str(f["points"]), run.mode, str(f["iterations"]),
+            str(run.size), str(f["images"]), str(f["points"]), run.mode, str(f["iterations"]),
             *(_number(f[name]) for name in ("approximation_s", "estimation_s", "quality_s")),
-            _number(1e3 * each), _number(1e3 * f["estimation_s"] / run.images / f["iterations"]),
-            _number(run.peak_bytes / 2**10 / run.images),
+            _number(1e3 * each), _number(1e3 * f["estimation_s"] / run.size / f["iterations"]),
+            _number(run.peak_bytes / 2**10 / run.size),
         ])  # fmt: skip
     return {"": markdown_table(head, rows) + _exponents(content, "")}
 

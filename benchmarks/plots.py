@@ -32,7 +32,7 @@ LINES: tuple[Line, ...] = (
 def plot_against_peer(runs: Sequence[Run], path: Path) -> None:
     """Median times of both programs by the number of images."""
     figure, axes = plt.subplots(figsize=(7.0, 5.0), layout="constrained")
-    sizes = sorted({run.images for run in runs})
+    sizes = sorted({run.size for run in runs})
     for name, task, mode, seconds in LINES:
         found = [
             (images, statistics.median(map(seconds, chosen)))

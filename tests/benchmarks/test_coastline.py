@@ -51,7 +51,7 @@ def test_factor_of_a_long_coast_is_proportional_to_its_length() -> None:
     Boundary effects of the short one and the choice of leaves may change them by half; without such separators
     operations a knot grow at least fourfold.
     """
-    short, long = factor_of(150), factor_of(600)
+    short, long = factor_of(120), factor_of(480)
     assert long.structure.n_entries / short.structure.n_entries == pytest.approx(4.0, rel=0.1)
     assert long.factor_entries < 1.5 * 4.0 * short.factor_entries
     assert long.flops < 2.0 * 4.0 * short.flops
