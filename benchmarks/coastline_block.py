@@ -39,8 +39,7 @@ SPACING_M = 85.0  # of the knots, along the coast
 BEND, PULL = 0.22, 0.08  # rad a knot, share a knot
 NOISE_MM = 0.005
 POSITION_SIGMA_M, ANGLE_SIGMA = 0.05, 1e-4  # GNSS/INS
-KNOT_SIGMA_M = 2.0  # of a partially known coast
-START_SIGMA_M = 0.5  # of the approximate knots of a tie spline
+KNOT_SIGMA_M = {"partial": 1.0, "tie": 0.5}  # of the given knots; those of a tie spline are only a start
 
 
 @dataclass(frozen=True)
@@ -111,9 +110,9 @@ def _coast(count: int, rng: np.random.Generator) -> FloatArray:
 
 def _curve(coast: Coastline, knots: FloatArray, rng: np.random.Generator) -> Curve:
     """The coast with disturbed knots: weighted about them, or free."""
-    partial = coast.role == "partial"
-    disturbed = knots + rng.normal(0.0, 1.0 if partial else START_SIGMA_M, knots.shape)
-    sigma = np.full(knots.shape, KNOT_SIGMA_M if partial else np.inf)
+    scale = KNOT_SIGMA_M[coast.role]
+    disturbed = knots + rng.normal(0.0, scale, knots.shape)
+    sigma = np.full(knots.shape, scale if coast.role == "partial" else np.inf)
     return Curve("coast", coast.role, "natural_cubic", disturbed, sigma, parameterization="uniform")
 
 
