@@ -78,6 +78,10 @@ def _wall(run: Run) -> float:
     return run.wall_s
 
 
+def _processor(run: Run) -> float:
+    return run.cpu_s
+
+
 SOLVE = {PLAIN: {100: 1.0, 1000: 0.7, 5000: 0.6}, SPEED: {100: 0.5, 1000: 0.4, 5000: 0.35}}
 DISPERSION = {100: 1.0 / 30.0, 1000: 1.0 / 250.0}
 ONE_ITERATION = {5000: 1.0}
@@ -103,6 +107,10 @@ def _of_mode(mode: str) -> tuple[Comparison, ...]:
         Comparison(
             "splinebba adjust, whole process", "adjust", mode, _wall,
             "Ceres vp, whole process", "ceres_vp", "", _wall, WHOLE,
+        ),
+        Comparison(
+            "splinebba adjust, processor time", "adjust", mode, _processor,
+            "Ceres vp, processor time", "ceres_vp", "", _processor, {},
         ),
     )  # fmt: skip
 

@@ -165,7 +165,7 @@ def _roofline(content: Content) -> dict[str, str]:
         rows.append([
             step["name"], _number(1e3 * step["seconds"]), _number(step["operations"] / 1e9),
             _number(step["bytes"] / 1e6), _number(step["operations"] / step["seconds"] / 1e9),
-            _number(step["bytes"] / step["seconds"] / 1e9), f"{bound / step['seconds']:.0%}",
+            _number(step["bytes"] / step["seconds"] / 1e9), f"{bound / step['seconds']:.1%}",
         ])  # fmt: skip
     head = (f"{content['images']} images", "ms", "GFLOP", "MB", "GFLOP/s", "GB/s", "share of the roofline")
     measured = ", ".join(f"{value / 1e9:.1f} {name}" for name, value in peaks.items())

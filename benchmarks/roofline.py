@@ -97,7 +97,7 @@ def print_steps(steps: list[Step], peaks: dict[str, float]) -> None:
         table.add_row(
             step.name, f"{1e3 * step.seconds:.1f}", f"{step.operations / 1e9:.3f}", f"{step.bytes / 1e6:.1f}",
             f"{step.operations / step.seconds / 1e9:.2f}", f"{step.bytes / step.seconds / 1e9:.2f}",
-            f"{1e3 * bound:.1f}", f"{bound / step.seconds:.0%}",
+            f"{1e3 * bound:.1f}", f"{bound / step.seconds:.1%}",
         )  # fmt: skip
     output.print(table)
 

@@ -92,7 +92,7 @@ def test_figures_of_the_peer(tmp_path: Path) -> None:
 def test_share_of_the_roofline(tmp_path: Path) -> None:
     # 2 GFLOP at 100 GFLOP/s take 20 ms, 100 MB at 30 GB/s 3.3 ms: half of 40 ms
     table = tables_of(content_of("roofline", tmp_path))["roofline"]
-    assert re.search(r"\| factorisation \| 40 \| 2 \| 100 \| 50 \| 2.5 \| 50% \|", table)
+    assert re.search(r"\| factorisation \| 40 \| 2 \| 100 \| 50 \| 2.5 \| 50.0% \|", table)
 
 
 def test_only_what_stands_between_the_marks_is_replaced() -> None:
