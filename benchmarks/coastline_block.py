@@ -61,7 +61,12 @@ class Coastline:
 
 
 def coastline_network(coast: Coastline) -> Network:
-    """The network of a coastline; its truth is that of the generator, its start is disturbed."""
+    """The network of a coastline: knots disturbed, orientations at their priors, no approximate locations."""
+    return measured_coastline(coast)[0]
+
+
+def measured_coastline(coast: Coastline) -> tuple[Network, FloatArray]:
+    """The network, and the true location of every measured point, (n,)."""
     rng = np.random.default_rng(coast.seed)
     knots = _coast(coast.knots, rng)
     curve = _curve(coast, knots, rng)
@@ -78,7 +83,7 @@ def coastline_network(coast: Coastline) -> Network:
     xy = project(c, rotation[image], position[image], xyz)
     inside = np.flatnonzero((np.abs(xy) < FORMAT_MM / 2.0).all(axis=1))
     image, xy = image[inside], xy[inside]
-    return Network(
+    network = Network(
         origin=np.zeros(3),
         cameras=(_camera(),),
         images=_images(rotation, position, rng),
@@ -94,6 +99,7 @@ def coastline_network(coast: Coastline) -> Network:
             segment=np.full(len(image), -1, dtype=np.int64),
         ),
     )
+    return network, location[inside]
 
 
 def _coast(count: int, rng: np.random.Generator) -> FloatArray:
