@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from splinebba_cli.core.camera.collinearity import project_with_jacobian
+from splinebba_cli.core.camera.collinearity import project, project_with_jacobian
 from splinebba_cli.core.network import FloatArray, IntArray
-from splinebba_cli.core.observations.locations import squared_distance
 from splinebba_cli.core.state import Prepared, State
 
 STEPS = 12
@@ -39,6 +38,15 @@ def cost_difference(prepared: Prepared, state: State, segment: IntArray) -> floa
         square = np.sum(residual**2, axis=1)
         t = t - step / curves.length[number]
     return float(np.sum(square - squared_distance(prepared, state)))
+
+
+def squared_distance(prepared: Prepared, state: State) -> FloatArray:
+    """Whitened squared distance of every measured point to its curve point, (n,)."""
+    observed, image = prepared.network.curve_observations, prepared.network.curve_observations.image
+    xyz = prepared.curves.evaluate(state.coefficients, observed.curve, state.location)[0]
+    xy = project(prepared.principal_distance[image], state.rotation[image], state.position[image], xyz)
+    residual = _times(prepared.curve_rays.whitening, xy - prepared.curve_rays.xy)
+    return np.asarray(np.sum(residual**2, axis=1))
 
 
 def _times(matrix: FloatArray, vector: FloatArray) -> FloatArray:

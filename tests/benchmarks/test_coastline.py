@@ -9,17 +9,14 @@ import pytest
 from scipy.stats import chi2
 
 from benchmarks.coastline_block import Coastline, coastline_network, measured_coastline
+from benchmarks.peer_rule import squared_distance
 from benchmarks.solve_block import assembler_of
 from splinebba_cli.core.adjustment import adjust
 from splinebba_cli.core.approximation.starting_values import starting_state
 from splinebba_cli.core.estimation.block_cholesky import SymbolicFactor
+from splinebba_cli.core.estimation.gauss_markov import search_locations
 from splinebba_cli.core.network import Role
-from splinebba_cli.core.observations.locations import (
-    held_locations,
-    refine_locations,
-    search_locations,
-    squared_distance,
-)
+from splinebba_cli.core.observations.locations import held_locations, refine_locations
 from splinebba_cli.core.state import prepare
 
 
@@ -61,8 +58,9 @@ def test_the_search_along_a_long_coast_finds_the_nearest_place() -> None:
 
 def factor_of(knots: int) -> SymbolicFactor:
     """Pattern and ordering of a coast."""
-    prepared = prepare(coastline_network(Coastline(knots)))
-    state = search_locations(prepared, starting_state(prepared)[0])
+    network, location = measured_coastline(Coastline(knots))
+    prepared = prepare(network)
+    state = replace(starting_state(prepared)[0], location=location)
     assembler = assembler_of(prepared, state)
     assembler.linearize(state, held_locations(prepared, state.location))
     return assembler.symbolic(state)
