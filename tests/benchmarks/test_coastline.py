@@ -14,8 +14,8 @@ from benchmarks.solve_block import assembler_of
 from splinebba_cli.core.adjustment import adjust
 from splinebba_cli.core.approximation.starting_values import starting_state
 from splinebba_cli.core.estimation.block_cholesky import SymbolicFactor
-from splinebba_cli.core.estimation.gauss_markov import search_locations
 from splinebba_cli.core.network import Role
+from splinebba_cli.core.observations.location_search import search_locations
 from splinebba_cli.core.observations.locations import held_locations, refine_locations
 from splinebba_cli.core.state import prepare
 

@@ -5,8 +5,9 @@ inside a circle of radius
 
     (c + |x|) rho / (|w| - rho)
 
-about x.  A group whose circle is farther from a measured point than any place of the curve cannot hold its foot point.
-So an image pays for the part of a coastline that it sees, and little for the rest.
+about x.  A group whose circle is farther from a measured point than any place of the curve cannot hold its foot
+point; one that reaches behind the photo plane cannot where its sphere is outside the cone of that distance about the
+ray.  So an image pays for the part of a coastline that it sees, and little for the rest.
 """
 
 from __future__ import annotations
@@ -103,12 +104,19 @@ def _near_groups(
             / (depth - np.tile(groups.radius, shape[0]))
         )
         apart = np.linalg.norm(xy - np.repeat(centre, shape[1], axis=0), axis=1)
-    seen = (depth > np.tile(groups.radius, shape[0])).reshape(shape)
-    crossing = ~seen & (depth > -np.tile(groups.radius, shape[0])).reshape(shape)
+        range_ = np.linalg.norm(p, axis=1)
+        towards = np.repeat(np.column_stack([centre, -prepared.principal_distance[image]]), shape[1], axis=0)
+        cosine = np.sum(p * towards, axis=1) / (range_ * np.linalg.norm(towards, axis=1))
+        reach = np.tile(groups.radius, shape[0])
+        aside = np.arccos(np.clip(cosine, -1.0, 1.0)) - np.arcsin(np.minimum(reach / range_, 1.0))
+        aside = np.where(reach >= range_, -np.inf, aside).reshape(shape)  # the camera is inside
+    seen = (depth > reach).reshape(shape)
+    crossing = ~seen & (depth > -reach).reshape(shape)
     apart, size = apart.reshape(shape), size.reshape(shape)
     nearest = np.where(seen, apart + size, np.inf).min(axis=1)
-    near = seen & (apart - size <= (nearest + 2.0 * radius)[:, None])
-    near |= crossing
+    farthest = nearest + 2.0 * radius
+    near = seen & (apart - size <= farthest[:, None])
+    near |= crossing & (aside <= (farthest / prepared.principal_distance[image])[:, None])
     near[~near.any(axis=1)] = True
     row, group = np.nonzero(near)
     number = groups.last[group] - groups.first[group]
