@@ -32,16 +32,25 @@ class RowGroups:
         )
         return cls(order[first], order, np.concatenate([first, [len(keys)]]).astype(np.int64))
 
-    def batches(self, row_entries: int) -> Iterator[tuple[IntArray, IntArray]]:
-        """Groups of similar length with their padded rows: (groups (g,), rows (g, L)); padding is row k."""
-        counts = np.diff(self.starts)
-        by_count = np.argsort(counts, kind="stable")
-        position = 0
+    def batches(self, row_entries: int | IntArray) -> Iterator[tuple[IntArray, IntArray]]:
+        """Groups of similar length with their padded rows: (groups (g,), rows (g, L)); padding is row k.
+
+        Parameters
+        ----------
+        row_entries : numbers that are worked with for every row; (G,) where they differ, which then also are similar
+        """
+        counts, entries = np.diff(self.starts), np.broadcast_to(row_entries, len(self.starts) - 1)
+        span = int(counts.max(initial=0)) + 1
+        keys = np.ceil(np.log2(np.maximum(entries, 1))).astype(np.int64) * span + counts
+        by_count = np.argsort(keys, kind="stable")
+        keys, position = keys[by_count], 0
         while position < len(by_count):
-            shortest = counts[by_count[position]]
-            limit = int(np.searchsorted(counts[by_count], shortest + max(1, shortest // 4), side="right"))
+            shortest = int(counts[by_count[position]])
+            similar = keys[position] - shortest + min(shortest + max(1, shortest // 4), span - 1)
+            limit = int(np.searchsorted(keys, similar, side="right"))
             longest = int(counts[by_count[limit - 1]])
-            limit = min(limit, position + max(1, CHUNK_ENTRIES // max(1, longest * row_entries)))
+            widest = int(entries[by_count[position:limit]].max())
+            limit = min(limit, position + max(1, CHUNK_ENTRIES // max(1, longest * widest)))
             groups = by_count[position:limit]
             longest = int(counts[groups].max())
             place = self.starts[groups][:, None] + np.arange(longest)

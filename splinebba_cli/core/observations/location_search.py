@@ -85,7 +85,7 @@ def _nearest_samples(prepared: Prepared, state: State, points: IntArray) -> Floa
     whitening = np.concatenate([prepared.curve_rays.whitening[points], np.eye(2)[None]])
     round_errors = _are_round(whitening)
     bounds_low, bounds_high = np.append(low, -np.inf), np.append(high, np.inf)
-    for chosen, rows in groups.batches(2 * SAMPLES_PER_SEGMENT * segments.shape[1]):
+    for chosen, rows in groups.batches(2 * SAMPLES_PER_SEGMENT * (segments >= 0).sum(axis=1)):
         image, own = pair_image[chosen], segments[chosen]
         own = own[:, : int((own >= 0).sum(axis=1).max())]
         u = curves.left[own][:, :, None] + steps * curves.length[own][:, :, None]

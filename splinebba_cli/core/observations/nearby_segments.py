@@ -6,8 +6,8 @@ inside a circle of radius
     (c + |x|) rho / (|w| - rho)
 
 about x.  A group whose circle is farther from a measured point than any place of the curve cannot hold its foot
-point; one that reaches behind the photo plane cannot where its sphere is outside the cone of that distance about the
-ray.  So an image pays for the part of a coastline that it sees, and little for the rest.
+point, nor can one outside the cone of that distance about the ray (towards the horizon circles tell nothing).  So an
+image pays for the part of a coastline that it sees, and little for the rest.
 """
 
 from __future__ import annotations
@@ -115,8 +115,9 @@ def _near_groups(
     apart, size = apart.reshape(shape), size.reshape(shape)
     nearest = np.where(seen, apart + size, np.inf).min(axis=1)
     farthest = nearest + 2.0 * radius
-    near = seen & (apart - size <= farthest[:, None])
-    near |= crossing & (aside <= (farthest / prepared.principal_distance[image])[:, None])
+    near = (seen & (apart - size <= farthest[:, None])) | crossing
+    c, middle = prepared.principal_distance[image], np.linalg.norm(centre, axis=1)
+    near &= aside <= (np.arctan2(middle + farthest, c) + np.arctan2(middle, c))[:, None]
     near[~near.any(axis=1)] = True
     row, group = np.nonzero(near)
     number = groups.last[group] - groups.first[group]
