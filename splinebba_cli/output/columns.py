@@ -20,9 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from splinebba_cli.errors import OutputError
+from splinebba_cli.output.labels import Labels
+from splinebba_cli.output.number_text import Words, fixed_words, integer_words, lines, text_words
+from splinebba_cli.output.significant_text import significant_words
 
 TableFormat = Literal["csv", "parquet"]
 _ROWS_AT_ONCE = 20_000
+_FORM = re.compile(r"%\.(\d+)([fg])")
+_WORDS = {"f": fixed_words, "g": significant_words}
 _NEEDS_QUOTES = re.compile(r'[,"\r\n]|^\s|\s$')
 
 
@@ -61,26 +66,45 @@ def write_table(folder: Path, table: Table, fmt: TableFormat) -> Path:
     if fmt == "parquet":
         _write_parquet(path, table)
     else:
-        with path.open("w", encoding="utf-8", newline="") as stream:
-            stream.write(",".join(column.name for column in table.columns) + "\n")
+        names = [_label_words(column) for column in table.columns]
+        with path.open("wb") as stream:
+            stream.write((",".join(column.name for column in table.columns) + "\n").encode())
             for first in range(0, len(table), _ROWS_AT_ONCE):
-                texts = [_texts(column, first, first + _ROWS_AT_ONCE) for column in table.columns]
-                stream.write("\n".join(map(",".join, zip(*texts, strict=True))) + "\n")
+                rows = slice(first, first + _ROWS_AT_ONCE)
+                cells = [_cells(column, rows, words) for column, words in zip(table.columns, names, strict=True)]
+                stream.write(lines(cells, b","))
     return path
 
 
-def _texts(column: Column, first: int, last: int) -> list[str]:
-    values = column.values[first:last]
+def _label_words(column: Column) -> Words | None:
+    """The quoted names of a column of labels."""
+    if not isinstance(column.values, Labels):
+        return None
+    return text_words([_quoted(name) for name in column.values.names] or [""])
+
+
+def _cells(column: Column, rows: slice, names: Words | None) -> Words:
+    """The text of some rows of a column; infinite and missing numbers are blank, -0.0 is 0.0."""
+    values = column.values[rows]
+    if names is not None and isinstance(values, Labels):
+        return names[values.index]
     if not isinstance(values, np.ndarray):
-        return [_quoted(text) for text in values]
+        return text_words([_quoted(text) for text in values])
     if values.dtype.kind in "iu":
-        return [str(number) for number in values.tolist()]
-    numbers = (values + 0.0).tolist()  # -0.0 becomes 0.0
-    if column.decimals is None:
+        return integer_words(values.astype(np.int64))
+    numbers = values + 0.0
+    form = _FORM.fullmatch(column.decimals or "")
+    words = None
+    if form is not None:
+        words = _WORDS[form[2]](numbers, int(form[1]))
+    return text_words(_printed(numbers, column.decimals)) if words is None else words
+
+
+def _printed(values: NDArray[np.float64], decimals: str | None) -> list[str]:
+    numbers = values.tolist()
+    if decimals is None:
         return [repr(x) if math.isfinite(x) else "" for x in numbers]
-    if not numbers:
-        return []
-    texts = "\n".join([column.decimals] * len(numbers)) % tuple(numbers)
+    texts = "\n".join([decimals] * len(numbers)) % tuple(numbers)
     return texts.replace("-inf", "").replace("inf", "").replace("nan", "").split("\n")
 
 
@@ -95,7 +119,10 @@ def _write_parquet(path: Path, table: Table) -> None:
     arrays, names = [], []
     for column in table.columns:
         values = column.values
-        if isinstance(values, np.ndarray) and values.dtype.kind == "f":
+        if isinstance(values, Labels):
+            index = pyarrow.array(values.index, type=pyarrow.int32())
+            arrays.append(pyarrow.DictionaryArray.from_arrays(index, pyarrow.array(list(values.names))))
+        elif isinstance(values, np.ndarray) and values.dtype.kind == "f":
             arrays.append(pyarrow.array(values, from_pandas=True))  # NaN becomes null
         else:
             arrays.append(
