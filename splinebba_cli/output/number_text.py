@@ -8,7 +8,7 @@ rows of a table are put together.  The digits are those of printf: a product nea
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,7 +110,7 @@ def signs(negative: BoolArray) -> NDArray[np.uint32]:
 def whole_words(whole: IntArray) -> list[NDArray[np.uint32]]:
     """Digits of whole numbers (n,) without leading zeros; words of (n,), most significant first."""
     first, further = _leading_tables()
-    groups = []
+    groups: list[NDArray[np.uint32]] = []
     rest = whole
     while True:
         above = rest // GROUP
@@ -139,12 +139,12 @@ def word(text: bytes) -> int:
     return int(np.frombuffer(text.ljust(4, b"\0"), dtype=np.uint32)[0])
 
 
-@lru_cache(maxsize=None)
+@cache
 def digit_table(used: int) -> NDArray[np.uint32]:
     """The first digits of "0000" to "9999", the others blank."""
     digits = np.arange(GROUP)[:, None] // np.array([1000, 100, 10, 1]) % 10 + ord("0")
     digits[:, used:] = 0
-    return digits.astype(np.uint8).view(np.uint32).ravel()
+    return np.asarray(digits.astype(np.uint8).view(np.uint32).ravel())
 
 
 @lru_cache(maxsize=1)

@@ -16,7 +16,7 @@ from splinebba_cli.output.columns import Column, Table
 from splinebba_cli.output.labels import Labels
 
 _NUMBER = "%.6g"
-_STATUS = ("used", "reweighted", "rejected", "excluded by user")
+STATUS = ("used", "reweighted", "rejected", "excluded by user")
 
 
 def weights_of(result: AdjustmentResult, kind: ObservationKind) -> FloatArray:
@@ -44,14 +44,14 @@ def status_of(result: AdjustmentResult, kind: ObservationKind) -> Labels:
     }[kind]
     excluded = np.zeros(len(weight), dtype=bool) if given is None else given
     number = np.where(weight == 1.0, 0, np.where(weight > 0.0, 1, 2))
-    return Labels(_STATUS, np.where(excluded, 3, number))
+    return Labels(STATUS, np.where(excluded, 3, number))
 
 
 def revision_columns(result: AdjustmentResult, *kinds: ObservationKind) -> list[Column]:
     """Columns ``weight`` and ``status`` of the observations of some kinds."""
     weight = np.concatenate([weights_of(result, kind) for kind in kinds])
-    status = np.concatenate([status_of(result, kind).index for kind in kinds])
-    return [Column("weight", weight, _NUMBER), Column("status", Labels(_STATUS, status))]
+    status = np.concatenate([status_of(result, kind).number for kind in kinds])
+    return [Column("weight", weight, _NUMBER), Column("status", Labels(STATUS, status))]
 
 
 def rejections_tables(result: AdjustmentResult) -> tuple[Table, ...]:

@@ -2,7 +2,7 @@
 
     |x| = m 10^(e - p + 1),   m an integer of p digits
 
-Without exponent for -4 <= e < p; zeros at the end of the fraction are left out.  A product near a tie is left to printf.
+Without exponent for -4 <= e < p; zeros at the end of the fraction are left out.  printf decides near ties.
 """
 
 from __future__ import annotations
@@ -38,7 +38,9 @@ def significant_words(values: FloatArray, digits: int) -> Words | None:
         return None
     mantissa, exponent = _decimal(size, digits)
     shown = np.where((exponent >= -4) & (exponent < digits), digits - 1 - exponent, -1)
-    words = np.zeros((len(values), 9), dtype=np.uint32)  # sign, 3 of the whole, point, 4 of fraction and exponent
+    words = np.zeros(
+        (len(values), 9), dtype=np.uint32
+    )  # sign, 3 of the whole, point, 4 of fraction and exponent
     words[:, 0] = signs(values < 0.0)
     for decimals in np.unique(shown):
         rows = np.flatnonzero(shown == decimals)
