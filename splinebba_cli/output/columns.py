@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from splinebba_cli.errors import OutputError
-from splinebba_cli.output.labels import Labels
 from splinebba_cli.output.number_text import Words, fixed_words, integer_words, lines, text_words
 from splinebba_cli.output.significant_text import significant_words
+from splinebba_cli.project.labels import Labels
 
 TableFormat = Literal["csv", "parquet"]
 _ROWS_AT_ONCE = 4_000

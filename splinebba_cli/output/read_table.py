@@ -12,8 +12,8 @@ import numpy as np
 
 from splinebba_cli.core.network import BoolArray, FloatArray
 from splinebba_cli.output.columns import FORM, Column, Table, imported_pyarrow, printed
-from splinebba_cli.output.labels import Labels
 from splinebba_cli.output.number_text import rounded
+from splinebba_cli.project.labels import Labels
 
 
 class ReadTable(Mapping[str, Sequence[str]]):

@@ -13,7 +13,7 @@ from splinebba_cli.core.network import BoolArray, FloatArray
 from splinebba_cli.core.quality.observation_names import distance_name
 from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.output.columns import Column, Table
-from splinebba_cli.output.labels import Labels
+from splinebba_cli.project.labels import Labels
 
 _NUMBER = "%.6g"
 STATUS = ("used", "reweighted", "rejected", "excluded by user")

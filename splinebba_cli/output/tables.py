@@ -14,9 +14,9 @@ from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.result import AdjustmentResult, ScalarResiduals
 from splinebba_cli.output.columns import Column, Table
 from splinebba_cli.output.ellipse_table import error_ellipse_tables
-from splinebba_cli.output.labels import Labels
 from splinebba_cli.output.model_evidence_tables import model_evidence_tables
 from splinebba_cli.output.revision_tables import rejections_tables, revision_columns
+from splinebba_cli.project.labels import Labels
 
 _PHOTO = "%.7f"  # mm: a tenth of a nanometre
 _RATIO = "%.6f"

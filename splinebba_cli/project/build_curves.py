@@ -16,8 +16,8 @@ from splinebba_cli.project.curve_checks import check_curve
 from splinebba_cli.project.diagnostics import Place
 from splinebba_cli.project.model_features import Spline, SplineTable
 from splinebba_cli.project.model_tables import NumberTable
+from splinebba_cli.project.table import Table
 from splinebba_cli.project.table_reader import Wanted
-from splinebba_cli.project.tables import Table
 from splinebba_cli.project.yaml_source import YamlPath
 
 _MANY = Wanted(("spline", *XYZ), (*SIGMA_XYZ, "sigma"), {"id": "spline"})

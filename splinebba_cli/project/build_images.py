@@ -12,8 +12,8 @@ from splinebba_cli.core.network import FloatArray, Images, RotationSequence
 from splinebba_cli.project.build_context import Building
 from splinebba_cli.project.diagnostics import Place, suggestion
 from splinebba_cli.project.model_images import EOP_KEYS, Image, ImageTable, OrientationSigma
+from splinebba_cli.project.table import Table
 from splinebba_cli.project.table_reader import Wanted
-from splinebba_cli.project.tables import Table
 from splinebba_cli.project.yaml_source import YamlPath
 
 ANGLE_FACTORS = {"deg": math.pi / 180.0, "gon": math.pi / 200.0, "rad": 1.0}

@@ -13,8 +13,8 @@ from splinebba_cli.project.build_context import Building, stacked
 from splinebba_cli.project.build_images import ImageRows
 from splinebba_cli.project.diagnostics import Place
 from splinebba_cli.project.model_observations import ObservationGroup
+from splinebba_cli.project.table import Table
 from splinebba_cli.project.table_reader import Wanted
-from splinebba_cli.project.tables import Table
 from splinebba_cli.project.yaml_source import YamlPath
 
 UNITS = ("px", "um", "mm")

@@ -14,8 +14,8 @@ from splinebba_cli.project.build_context import Building
 from splinebba_cli.project.diagnostics import Place, suggestion
 from splinebba_cli.project.model_features import Point, PointTable
 from splinebba_cli.project.scalars import PointRole
+from splinebba_cli.project.table import Table
 from splinebba_cli.project.table_reader import Wanted
-from splinebba_cli.project.tables import Table
 from splinebba_cli.project.yaml_source import YamlPath
 
 XYZ = ("x", "y", "z")

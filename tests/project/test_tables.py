@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from splinebba_cli.project.diagnostics import SHOWN_PER_KIND, Collector, Place
-from splinebba_cli.project.tables import Table, TableUnreadableError, table_from_parquet, table_from_text
+from splinebba_cli.project.table import Table
+from splinebba_cli.project.tables import TableUnreadableError, table_from_parquet, table_from_text
 
 
 def table(text: str, columns: tuple[str, ...] | None = None, **options: object) -> tuple[Table, Collector]:
