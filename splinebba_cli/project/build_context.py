@@ -60,4 +60,6 @@ class Building:
 
 def stacked(parts: Sequence[FloatArray], width: int) -> FloatArray:
     """Rows of several arrays under each other, (n, width), also where there is none."""
+    if len(parts) == 1:
+        return parts[0]
     return np.concatenate(parts) if parts else np.empty((0, width))

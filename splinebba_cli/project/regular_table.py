@@ -21,8 +21,9 @@ from splinebba_cli.project.labels import Labels
 
 Columns = Mapping[str, FloatArray | Labels]
 
-_OTHER_LINE_ENDS = (b"\v", b"\f", b"\x1c", b"\x1d", b"\x1e", b"\xc2\x85", b"\xe2\x80\xa8", b"\xe2\x80\xa9")
-_NOT_REGULAR = (b'"', b"#", b"\n\n", b"\n\r", b"\0", *_OTHER_LINE_ENDS)
+_OTHER_LINE_ENDS = (b"\v", b"\f", b"\x1c", b"\x1d", b"\x1e")
+_LONG_LINE_ENDS = (b"\xc2\x85", b"\xe2\x80\xa8", b"\xe2\x80\xa9")  # in UTF-8
+_NOT_REGULAR = (b'"', b"#", b"\0", *_OTHER_LINE_ENDS)
 _BLANKS = ["", "-", "na", "NA"]
 _FEWEST_BYTES = 200_000  # below which the reader of rows is as fast
 _BLOCK = 1 << 24  # bytes that numpy looks at at once
@@ -53,7 +54,11 @@ def regular_columns(path: Path, content: bytes, shape: Shape) -> Columns | None:
         return None
     if b"\r" in content and content.count(b"\r") != content.count(b"\r\n"):
         return None
+    if len(shape.names) == 1 and (b"\n\n" in content or b"\n\r" in content):
+        return None  # else an empty line is one with too few fields
     if not content.isascii():
+        if any(mark in content for mark in _LONG_LINE_ENDS):
+            return None
         try:
             content.decode()
         except UnicodeDecodeError:
@@ -69,6 +74,7 @@ def _by_arrow(pyarrow: Any, content: bytes, shape: Shape) -> Columns | None:
     """By pyarrow; a column of numbers that holds words becomes a column of texts."""
     texts = set(shape.texts)
     text_type, csv = pyarrow.dictionary(pyarrow.int32(), pyarrow.string()), pyarrow.csv
+    lines = content.count(b"\n") + (not content.endswith(b"\n")) - shape.header
     names = [f"{number}" for number in range(len(shape.names))]
     wanted = [n for n, name in zip(names, shape.names, strict=True) if name in shape.texts | shape.numbers]
     for _ in shape.names:
@@ -77,7 +83,7 @@ def _by_arrow(pyarrow: Any, content: bytes, shape: Shape) -> Columns | None:
             table = csv.read_csv(
                 pyarrow.BufferReader(content),
                 csv.ReadOptions(column_names=names, skip_rows=int(shape.header)),
-                csv.ParseOptions(delimiter=shape.separator, quote_char=False, ignore_empty_lines=False),
+                csv.ParseOptions(delimiter=shape.separator, quote_char=False),
                 csv.ConvertOptions(
                     column_types=types, include_columns=wanted, null_values=_BLANKS, strings_can_be_null=False
                 ),
@@ -88,6 +94,8 @@ def _by_arrow(pyarrow: Any, content: bytes, shape: Shape) -> Columns | None:
                 return None
             texts.add(shape.names[int(refused[1])])
             continue
+        if table.num_rows != lines:
+            return None  # there are empty ones
         found = {shape.names[int(n)]: _arrow_column(pyarrow, table.column(n)) for n in wanted}
         words = {name for name, column in found.items() if column is None}
         if not words:
