@@ -23,7 +23,8 @@ from splinebba_cli.project.table_reader import Wanted
 from splinebba_cli.project.usual_curves import UsualRows
 from splinebba_cli.project.yaml_source import YamlPath
 
-_MANY = Wanted(("spline", *XYZ), (*SIGMA_XYZ, "sigma"), {"id": "spline"})
+REFERENCE_XYZ = tuple(f"reference_{axis}" for axis in XYZ)
+_MANY = Wanted(("spline", *XYZ), (*SIGMA_XYZ, "sigma", "u", *REFERENCE_XYZ), {"id": "spline"})
 _ROWS = Wanted(XYZ, (*SIGMA_XYZ, "sigma", "spline"), {"id": "spline"})
 _DEFAULT = (*XYZ, *SIGMA_XYZ)
 
@@ -85,13 +86,17 @@ def _add_table(
     values = columns_of(table, XYZ, optional=False)
     sigma = sigma_columns(table, entry.sigma)
     by_id = building.reader.rows_by(table, "spline")
-    usual = UsualRows.of(entry, values, sigma, list(by_id.values()))
+    parameters = table.numbers("u") if table.has("u") else None
+    reference = columns_of(table, REFERENCE_XYZ, optional=False) if table.has("reference_x") else None
+    usual = UsualRows.of(entry, values, sigma, parameters, list(by_id.values()))
     for number, (id, taken) in enumerate(by_id.items()):
         find = partial(table.place_of, int(taken[0]), "spline")
         own = taken if usual.scattered[number] else slice(int(taken[0]), int(taken[-1]) + 1)
         if id in seen or not usual.is_usual(number):
+            spline = _entry(id, entry, None if parameters is None else parameters[own].tolist())
+            held_to = None if reference is None else reference[own]
             usual.checked(
-                number, _add(_entry(id, entry), values[own], sigma[own], find, None, rows, seen, building)
+                number, _add(spline, values[own], sigma[own], held_to, find, None, rows, seen, building)
             )
             continue
         seen[id] = find
@@ -103,14 +108,16 @@ def _add_table(
                 values=values[own],
                 sigma=usual.sigma[own],
                 closed=entry.closed,
+                knot_parameters=None if parameters is None else parameters[own],
                 parameterization=entry.parameterization,
+                reference=None if reference is None else reference[own],
                 tension=entry.tension,
             )
         )
         rows.places.append(find)
 
 
-def _entry(id: str, entry: SplineTable) -> Spline:
+def _entry(id: str, entry: SplineTable, parameters: list[float] | None) -> Spline:
     return Spline(
         id=id or "?",
         role=entry.role,
@@ -120,6 +127,7 @@ def _entry(id: str, entry: SplineTable) -> Spline:
         continuity=entry.continuity,
         natural_ends=entry.natural_ends,
         tension=entry.tension,
+        knot_parameters=parameters,
     )
 
 
@@ -140,7 +148,8 @@ def _add_spline(
     table, taken = found
     values = columns_of(table, XYZ, taken, optional=False)
     sigma = sigma_columns(table, entry.sigma, taken)
-    _add(entry, values, sigma, lambda: place, path, rows, seen, building)
+    reference = _further(entry, "reference_knots", path, building)
+    _add(entry, values, sigma, reference, lambda: place, path, rows, seen, building)
 
 
 def _rows(
@@ -177,6 +186,7 @@ def _add(
     entry: Spline,
     values: FloatArray,
     sigma: FloatArray,
+    reference: FloatArray | None,
     find: Callable[[], Place],
     path: YamlPath | None,
     rows: CurveRows,
@@ -200,7 +210,7 @@ def _add(
         knot_parameters=None if entry.knot_parameters is None else np.array(entry.knot_parameters),
         parameterization=entry.parameterization,
         breaks=tuple(sorted(entry.breaks)),
-        reference=_further(entry, "reference_knots", path, building),
+        reference=reference,
         continuity=int(entry.continuity[1:]),
         natural_ends=entry.natural_ends,
         tension=entry.tension,

@@ -28,13 +28,19 @@ class UsualRows:
 
     @classmethod
     def of(
-        cls, entry: SplineTable, values: FloatArray, sigma: FloatArray, taken: Sequence[IntArray]
+        cls,
+        entry: SplineTable,
+        values: FloatArray,
+        sigma: FloatArray,
+        parameters: FloatArray | None,
+        taken: Sequence[IntArray],
     ) -> UsualRows:
         """Look at all splines of a table at once.
 
         Parameters
         ----------
         values, sigma : (n, 3)
+        parameters : (n,) of the knots, or None
         taken : sequence of (k,)
             Rows of every spline, none empty.
         """
@@ -51,6 +57,10 @@ class UsualRows:
             step[last] = ordered[starts] - ordered[last] if entry.closed else 1.0
             plain &= ~_any((step == 0.0).all(axis=1), starts)
             plain &= _sigma_of_role(entry.role, given, starts)
+            if parameters is not None:
+                further = np.diff(parameters[order], append=np.inf)
+                further[last] = 1.0
+                plain &= ~_any(~(further > 0.0), starts)
         filled = np.where(np.isnan(sigma), np.inf if free else 0.0, sigma)
         return cls(filled, order[last] - order[starts] != count - 1, plain, count)
 
