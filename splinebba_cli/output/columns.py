@@ -88,10 +88,13 @@ def _cells(column: Column, rows: slice, names: Words | None) -> Words:
     if names is not None and isinstance(values, Labels):
         return names[values.number]
     if not isinstance(values, np.ndarray):
-        return text_words([_quoted(text) for text in values])
+        quoted = {text: _quoted(text) for text in set(values)}
+        return text_words(list(map(quoted.__getitem__, values)))
     if values.dtype.kind in "iu":
         return integer_words(values.astype(np.int64))
     numbers = np.asarray(values + 0.0, dtype=np.float64)
+    if (numbers == numbers[0]).all() or np.isnan(numbers).all():
+        return np.repeat(text_words(printed(numbers[:1], column.decimals)), len(numbers), axis=0)
     form = FORM.fullmatch(column.decimals or "")
     words = None
     if form is not None:

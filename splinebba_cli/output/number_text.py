@@ -87,7 +87,7 @@ def text_words(texts: list[str]) -> Words:
     return encoded.astype(f"S{4 * width}").view(np.uint32).reshape(len(texts), width)
 
 
-def lines(cells: list[Words], separator: bytes) -> bytes:
+def lines(cells: list[Words], separator: bytes) -> bytearray:
     """Rows of cells as lines of text.
 
     Parameters
@@ -95,11 +95,16 @@ def lines(cells: list[Words], separator: bytes) -> bytes:
     cells : list of (n, w) words
         The cells of every column.
     """
-    count = len(cells[0])
-    between = np.full((count, 1), word(separator), dtype=np.uint32)
-    parts = [part for cell in cells for part in (between, cell)][1:]
-    parts.append(np.full((count, 1), word(b"\n"), dtype=np.uint32))
-    return np.concatenate(parts, axis=1).tobytes().translate(None, b"\0")
+    count, width = len(cells[0]), sum(cell.shape[1] for cell in cells) + len(cells)
+    buffer = bytearray(4 * count * width)
+    words = np.frombuffer(buffer, dtype=np.uint32).reshape(count, width)
+    place = 0
+    for cell in cells:
+        words[:, place : place + cell.shape[1]] = cell
+        place += cell.shape[1] + 1
+        words[:, place - 1] = word(separator)
+    words[:, -1] = word(b"\n")
+    return buffer.translate(None, b"\0")
 
 
 def signs(negative: BoolArray) -> NDArray[np.uint32]:

@@ -5,15 +5,13 @@ Metres in the user's object frame, millimetres in the measured photo frame, degr
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from splinebba_cli.core.curves.registry import basis_of
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.result import AdjustmentResult, ScalarResiduals
 from splinebba_cli.output.columns import Column, Table
 from splinebba_cli.output.ellipse_table import error_ellipse_tables
+from splinebba_cli.output.located import places_on_splines
 from splinebba_cli.output.model_evidence_tables import model_evidence_tables
 from splinebba_cli.output.revision_tables import rejections_tables, revision_columns
 from splinebba_cli.project.labels import Labels
@@ -112,27 +110,7 @@ def spline_locations_table(result: AdjustmentResult) -> Table:
     """One row an image point on a spline: its location u, segment, t in [0, 1], place in the object."""
     observations = result.network.curve_observations
     location = result.curve_residuals.location
-    segment = np.full(len(observations), -1, dtype=np.int64)
-    t = np.full(len(observations), np.nan)
-    xyz = np.full((len(observations), 3), np.nan)
-    order = np.argsort(observations.curve, kind="stable")
-    bounds = np.searchsorted(observations.curve[order], np.arange(len(result.curves) + 1))
-    for number, curve in enumerate(result.curves):
-        rows = order[bounds[number] : bounds[number + 1]]
-        interval = curve.segments.interval
-        if len(rows) and not len(interval):  # no power form: the family's own functions
-            given = result.network.curves[number]
-            basis = basis_of(replace(given, values=curve.values))
-            segment[rows], t[rows] = basis.locate(location[rows])
-            xyz[rows] = basis.evaluate(location[rows], basis.coefficients_from_values(curve.values))
-        elif len(rows):
-            index = np.clip(
-                np.searchsorted(interval[:, 0], location[rows], side="right") - 1, 0, len(interval) - 1
-            )
-            start, end = interval[index, 0], interval[index, 1]
-            segment[rows], t[rows] = index, (location[rows] - start) / (end - start)
-            powers = t[rows, None] ** np.arange(4)
-            xyz[rows] = np.einsum("np,npc->nc", powers, curve.segments.coefficients[index])
+    segment, t, xyz = places_on_splines(result)
     columns = [
         Column("image", Labels(result.network.images.ids, observations.image)),
         Column("spline", Labels(_curve_ids(result), observations.curve)),
