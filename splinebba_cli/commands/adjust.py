@@ -63,7 +63,6 @@ def adjust(
     log = Log(quiet, verbose)
     with expected_errors(as_json=format is CheckFormat.json), _reported(project, junit, format):
         from splinebba_cli.core.adjustment import adjust as adjust_network
-        from splinebba_cli.output.junit import junit_of_criteria
         from splinebba_cli.output.result_folder import write_result_folder
         from splinebba_cli.project.acceptance import assess, violations
         from splinebba_cli.project.adjusted import adjusted_project
@@ -100,6 +99,8 @@ def adjust(
         )
         log.detail(f"read {read - start:.2f} s, adjusted {adjusted - read:.2f} s")
         if junit is not None:
+            from splinebba_cli.output.junit import junit_of_criteria
+
             _write_junit(junit, junit_of_criteria(loaded.name, criteria))
         if format is CheckFormat.json:
             print_json(summary_data(written.content, directory, accepted=not failed))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
-from difflib import get_close_matches
 from typing import Literal, overload
 
 from splinebba_cli.errors import ERROR_CODES, ProjectError
@@ -157,6 +156,8 @@ class Collector:
 
 def suggestion(word: str, known: Iterable[str]) -> str:
     """A help line ``did you mean `x`?`` where a known word is near, else empty."""
+    from difflib import get_close_matches
+
     near = get_close_matches(word, list(known), n=1, cutoff=0.6)
     return f"did you mean `{near[0]}`?" if near else ""
 
