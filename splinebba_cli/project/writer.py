@@ -35,7 +35,7 @@ from splinebba_cli.project.scalars import sigma_as_written
 from splinebba_cli.project.settings_writer import adjustment_section
 from splinebba_cli.project.yaml_writing import project_yaml
 
-MANY = 200  # splines alike share a table from this number on
+MANY = 50  # splines alike share a table from this number on
 
 
 def write_project(
