@@ -5,7 +5,6 @@ A column is text or numbers; NaN is an empty field.  The unit is part of a colum
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from splinebba_cli.errors import OutputError
 from splinebba_cli.output.number_text import Words, fixed_words, integer_words, lines, text_words
 from splinebba_cli.output.significant_text import significant_words
 from splinebba_cli.project.labels import Labels
+from splinebba_cli.project.shortest_text import shortest_texts
 
 TableFormat = Literal["csv", "parquet"]
 _ROWS_AT_ONCE = 4_000
@@ -104,11 +104,13 @@ def _cells(column: Column, rows: slice, names: Words | None) -> Words:
 
 def printed(values: NDArray[np.float64], decimals: str | None) -> list[str]:
     """Numbers as they are written, (n,); infinite and missing ones are empty."""
-    numbers = values.tolist()
     if decimals is None:
-        return [repr(x) if math.isfinite(x) else "" for x in numbers]
-    texts = "\n".join([decimals] * len(numbers)) % tuple(numbers)
-    return texts.replace("-inf", "").replace("inf", "").replace("nan", "").split("\n")
+        finite = np.isfinite(values)
+        texts = shortest_texts(np.asarray(values, dtype=np.float64))
+        return texts if finite.all() else [text if x else "" for text, x in zip(texts, finite, strict=True)]
+    numbers = values.tolist()
+    joined = "\n".join([decimals] * len(numbers)) % tuple(numbers)
+    return joined.replace("-inf", "").replace("inf", "").replace("nan", "").split("\n")
 
 
 def _quoted(text: str) -> str:

@@ -82,7 +82,10 @@ def integer_words(values: IntArray) -> Words:
 
 def text_words(texts: list[str]) -> Words:
     """Texts in UTF-8, (n,)."""
-    encoded = np.array([text.encode() for text in texts], dtype=np.bytes_)
+    try:
+        encoded = np.array(texts, dtype=np.bytes_)
+    except UnicodeEncodeError:
+        encoded = np.array([text.encode() for text in texts], dtype=np.bytes_)
     width = -(-max(1, encoded.dtype.itemsize) // 4)
     return encoded.astype(f"S{4 * width}").view(np.uint32).reshape(len(texts), width)
 

@@ -21,6 +21,7 @@ from splinebba_cli.core.network import (
 from splinebba_cli.project.build_curves import shifted
 from splinebba_cli.project.build_images import ANGLE_FACTORS, SEQUENCES
 from splinebba_cli.project.model_images import EOP_KEYS
+from splinebba_cli.project.shortest_text import shortest_texts
 
 
 def csv_text(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -39,7 +40,11 @@ def number(value: float) -> str:
 
 def numbers(values: FloatArray) -> list[str]:
     """All digits of numbers, (n,); empty for NaN."""
-    return list(map(number if np.isnan(values).any() else repr, values.tolist()))
+    texts = shortest_texts(values)
+    missing = np.isnan(values)
+    return (
+        ["" if gone else text for text, gone in zip(texts, missing, strict=True)] if missing.any() else texts
+    )
 
 
 def sigma(value: float) -> str:
