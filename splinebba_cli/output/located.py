@@ -26,10 +26,7 @@ def places_on_splines(result: AdjustmentResult) -> tuple[IntArray, FloatArray, F
     if len(rows):
         interval = np.concatenate([one.segments.interval for one in result.curves])
         own, u = curve[rows], location[rows]
-        starts = np.repeat(np.arange(len(counts)), counts)
-        index = np.clip(
-            _last_not_beyond(starts, interval[:, 0], own, u), first[own], first[own] + counts[own] - 1
-        )
+        index = _last_not_beyond(interval[:, 0], first[own], first[own] + counts[own] - 1, u)
         start, end = interval[index, 0], interval[index, 1]
         segment[rows], t[rows] = index - first[own], (u - start) / (end - start)
         powers = t[rows, None] ** np.arange(4)
@@ -45,16 +42,15 @@ def places_on_splines(result: AdjustmentResult) -> tuple[IntArray, FloatArray, F
     return segment, t, xyz
 
 
-def _last_not_beyond(
-    owner: IntArray, start: FloatArray, asked_owner: IntArray, asked: FloatArray
-) -> IntArray:
-    """Number of the last start that is not beyond what is asked for, among all that are sorted by owner and size.
+def _last_not_beyond(start: FloatArray, first: IntArray, last: IntArray, asked: FloatArray) -> IntArray:
+    """Number of the last start from `first` to `last` that is not beyond what is asked for, else `first`, (n,).
 
-    One sort of both: every place asked for follows the starts up to it.
+    All are bisected together.
     """
-    is_asked = np.repeat([False, True], [len(start), len(asked)])
-    order = np.lexsort((is_asked, np.concatenate([start, asked]), np.concatenate([owner, asked_owner])))
-    passed = np.cumsum(~is_asked[order]) - 1
-    out = np.empty(len(order), dtype=np.int64)
-    out[order] = passed
-    return out[len(start) :]
+    low, high = first.copy(), last.copy()
+    while (low < high).any():
+        middle = (low + high + 1) // 2
+        reached = start[middle] <= asked
+        low = np.where(reached, middle, low)
+        high = np.where(reached, high, middle - 1)
+    return low

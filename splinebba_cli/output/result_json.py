@@ -167,18 +167,18 @@ def _cameras(result: AdjustmentResult) -> list[dict[str, Any]]:
 def _images(result: AdjustmentResult) -> list[dict[str, Any]]:
     images = result.network.images
     scale = np.where(np.arange(6) < 3, 180.0 / np.pi, 1.0)
-    eop = result.images.eop * scale
-    sigma = _sigma(result.images.dispersion) * scale
+    eop = (result.images.eop * scale).tolist()
+    sigma = (_sigma(result.images.dispersion) * scale).tolist()
     rows = []
     for i, name in enumerate(images.ids):
-        values = {key: eop[i, j] for key, j in zip(_EOP_KEYS, _EOP_ORDER, strict=True)}
+        values = {key: eop[i][j] for key, j in zip(_EOP_KEYS, _EOP_ORDER, strict=True)}
         rows.append(
             {
                 "id": name,
                 "camera": result.network.cameras[int(images.camera[i])].id,
                 "rotation_sequence": images.sequence[i],
                 **values,
-                "sigma": {key: sigma[i, j] for key, j in zip(_EOP_KEYS, _EOP_ORDER, strict=True)},
+                "sigma": {key: sigma[i][j] for key, j in zip(_EOP_KEYS, _EOP_ORDER, strict=True)},
                 "fixed": [EOP_NAMES[j] for j in range(6) if not result.images.estimated[i, j]],
                 "correlations": _strong_correlations(
                     result.images.dispersion[i], result.network.settings.correlation_threshold

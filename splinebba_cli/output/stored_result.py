@@ -115,11 +115,13 @@ class StoredResult:
         table = read_table(self.folder, "spline_samples")
         if not table.rows:
             return {}
-        names = np.array(table["spline"])
+        rows_of: dict[str, list[int]] = {}
+        for row, name in enumerate(table["spline"]):
+            rows_of.setdefault(name, []).append(row)
         columns = {name: table.numbers(name) for name in table if name != "spline"}
         found = {}
         for spline in self.content["splines"]:
-            rows = np.flatnonzero(names == spline["id"])
+            rows = np.array(rows_of.get(spline["id"], []), dtype=np.int64)
             shape = curve_function(spline, origin)
             if not len(rows) or shape is None or not shape[0].has_location:
                 continue

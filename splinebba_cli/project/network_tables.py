@@ -142,7 +142,9 @@ def _rows(curves: Sequence[Curve], values: Sequence[FloatArray]) -> list[list[st
 def _sigmas(curves: Sequence[Curve]) -> list[list[str]]:
     """σ of the values of control and partial curves, empty for others."""
     own = [c.sigma if c.role in ("control", "partial") else np.full_like(c.sigma, np.nan) for c in curves]
-    return [list(map(sigma, column.tolist())) for column in np.concatenate(own).T]
+    every, number = np.unique(np.concatenate(own), return_inverse=True)
+    texts = [sigma(value) for value in every.tolist()]
+    return [[texts[k] for k in column] for column in number.reshape(-1, 3).T.tolist()]
 
 
 def observations_table(
