@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -10,16 +11,16 @@ from pathlib import Path
 from typing import Any, Literal
 
 from splinebba_cli.core.result import AdjustmentResult
-from splinebba_cli.errors import OutputError
 from splinebba_cli.output.atomic import replace_directory
 from splinebba_cli.output.columns import Table, TableFormat, write_table
 from splinebba_cli.output.dispersion_file import dispersion_arrays, write_dispersion
 from splinebba_cli.output.provenance import LoadedProject, provenance
-from splinebba_cli.output.result_json import load_result_json, result_json_text, result_to_dict
+from splinebba_cli.output.result_json import RESULT_FORMAT, result_json_text, result_to_dict
 from splinebba_cli.output.tables import all_tables
 
 DispersionChoice = Literal["full", "blocks", "none"]
 
+_HEAD = 200  # characters in which the format of result.json stands
 _OWN_FILES = frozenset({"result.json", "report.html", "report.txt", "dispersion.npz", "adjusted.yaml"})
 _OWN_TABLES = frozenset(
     {
@@ -107,12 +108,13 @@ def write_result_folder(
 
 
 def is_result_folder(folder: Path) -> bool:
-    """Whether a folder holds results of this program."""
+    """Whether a folder holds results of this program: a result.json that begins as ours."""
     try:
-        load_result_json(folder)
-    except OutputError:
+        with (folder / "result.json").open(encoding="utf-8") as stream:
+            head = stream.read(_HEAD)
+    except (OSError, UnicodeDecodeError):
         return False
-    return True
+    return re.match(rf'\{{\s*"format":\s*"{re.escape(RESULT_FORMAT)}"', head) is not None
 
 
 def _inside(folder: Path, name: str) -> Path:
