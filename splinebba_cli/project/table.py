@@ -191,9 +191,10 @@ def _stripped(values: Sequence[Any]) -> Labels:
         return Labels(
             tuple(number), np.array([number[name] for name in names], dtype=np.int64)[values.number]
         )
-    texts = [str(value).strip() for value in values]
+    texts = list(map(str.strip, map(str, values)))
     number = _numbered(texts)
-    return Labels(tuple(number), np.array(list(map(number.__getitem__, texts)), dtype=np.int64))
+    index = np.fromiter(map(number.__getitem__, texts), dtype=np.int64, count=len(texts))
+    return Labels(tuple(number), index)
 
 
 def _numbered(texts: Iterable[str]) -> dict[str, int]:
