@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -30,9 +30,6 @@ from splinebba_cli.commands.options import (
     VerboseOption,
 )
 from splinebba_cli.errors import ExitCode, SplinebbaError
-
-if TYPE_CHECKING:
-    from splinebba_cli.core.result import AdjustmentResult
 
 
 def adjust(
@@ -66,13 +63,14 @@ def adjust(
     log = Log(quiet, verbose)
     with expected_errors(as_json=format is CheckFormat.json), _reported(project, junit, format):
         from splinebba_cli.core.adjustment import adjust as adjust_network
-        from splinebba_cli.output.junit import junit_of_criteria
         from splinebba_cli.output.result_folder import write_result_folder
         from splinebba_cli.project.acceptance import assess, violations
         from splinebba_cli.project.adjusted import adjusted_project
         from splinebba_cli.project.loading import load_project
         from splinebba_cli.project.overrides import with_outliers
         from splinebba_cli.report.build import write_reports
+        from splinebba_cli.report.console import ConsoleSummary
+        from splinebba_cli.report.result_data import ResultData
 
         start = time.perf_counter()
         loaded = load_project(project)
@@ -87,25 +85,31 @@ def adjust(
         result = replace(result, acceptance=criteria, problems=(*failed, *result.problems))
         adjusted = time.perf_counter()
         directory = output if output is not None else default_output(loaded.path)
-        write_result_folder(
+        written = write_result_folder(
             directory,
             result,
             loaded=loaded,
             adjusted_files=adjusted_project(loaded, result, directory),
             dispersion=dispersion.value,
             tables=tables.value,
-            reports=lambda folder: write_reports(folder, ["text", "html"] if html else ["text"]),
+            reports=lambda folder, new: write_reports(
+                folder, ResultData.of(new), ["text", "html"] if html else ["text"]
+            ),
             timings={"read": read - start, "adjust": adjusted - read, **result.timings},
         )
         log.detail(f"read {read - start:.2f} s, adjusted {adjusted - read:.2f} s")
         if junit is not None:
+            from splinebba_cli.output.junit import junit_of_criteria
+
             _write_junit(junit, junit_of_criteria(loaded.name, criteria))
         if format is CheckFormat.json:
-            print_json(summary_data(result, directory, accepted=not failed))
+            print_json(summary_data(written.content, directory, accepted=not failed))
         elif format is CheckFormat.github:
             print_annotations(loaded.path, result.problems)
         else:
-            _print_summary(result, directory)
+            console = rich_console()
+            console.print(ConsoleSummary(ResultData(written.content)))
+            console.print(f"Results: {directory}", markup=False, soft_wrap=True)
     if failed:
         raise typer.Exit(ExitCode.NOT_ACCEPTED)
 
@@ -136,11 +140,8 @@ def default_output(project: Path) -> Path:
     return project.with_name(f"{project.stem}.results")
 
 
-def summary_data(result: AdjustmentResult, directory: Path, *, accepted: bool) -> dict[str, Any]:
+def summary_data(content: dict[str, Any], directory: Path, *, accepted: bool) -> dict[str, Any]:
     """What ``adjust --format json`` prints: the head of result.json and the verdict."""
-    from splinebba_cli.output.result_json import result_to_dict
-
-    content = result_to_dict(result)
     return {
         "results": str(directory),
         "accepted": accepted,
@@ -149,11 +150,3 @@ def summary_data(result: AdjustmentResult, directory: Path, *, accepted: bool) -
         "acceptance": content["acceptance"],
         "problems": content["problems"],
     }
-
-
-def _print_summary(result: AdjustmentResult, directory: Path) -> None:
-    from splinebba_cli.report.console import console_summary
-
-    console = rich_console()
-    console.print(console_summary(result))
-    console.print(f"Results: {directory}", markup=False, soft_wrap=True)

@@ -8,7 +8,8 @@ from splinebba_cli.core.network import FloatArray
 from splinebba_cli.exchange.digitised_lines import DEGREES_HELP, DigitisedLine, ReadingOptions
 from splinebba_cli.project.diagnostics import Collector, Place, listing, suggestion
 from splinebba_cli.project.scalars import parse_number
-from splinebba_cli.project.tables import Table, TableUnreadableError, table_from_text
+from splinebba_cli.project.table import Table
+from splinebba_cli.project.tables import TableUnreadableError, table_from_text
 
 XYZ = ("x", "y", "z")
 ID_COLUMNS = ("spline", "id", "name")

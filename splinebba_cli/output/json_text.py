@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import json
 import math
+from json.encoder import encode_basestring
 from typing import Any
+
+import numpy as np
 
 _WIDTH = 140
 _SCALARS = (str, int, float, bool, type(None))
+_FLAT = frozenset(_SCALARS)
+_NUMBERS = frozenset((int, float))
+_encode = json.JSONEncoder(ensure_ascii=False, allow_nan=False).encode
 
 
 def json_text(value: Any) -> str:
@@ -23,36 +29,58 @@ def json_text(value: Any) -> str:
 
 def _text(value: Any, indent: str) -> str:
     if isinstance(value, _SCALARS):
-        return json.dumps(value, ensure_ascii=False, allow_nan=False)
+        return _scalar(value)
     deeper = indent + "  "
     children = list(value.values()) if isinstance(value, dict) else list(value)
     if not children:
         return "{}" if isinstance(value, dict) else "[]"
-    if all(_is_flat(child) for child in children):
-        line = json.dumps(value, ensure_ascii=False, allow_nan=False)
-        if len(line) <= _WIDTH:
-            return line
-    if isinstance(value, dict):
-        inner = (
-            f"{deeper}{json.dumps(str(k), ensure_ascii=False)}: {_text(v, deeper)}" for k, v in value.items()
-        )
-        return "{\n" + ",\n".join(inner) + f"\n{indent}}}"
-    if all(isinstance(child, _SCALARS) for child in children):
-        return _wrapped(children, indent, deeper)
-    return "[\n" + ",\n".join(deeper + _text(child, deeper) for child in children) + f"\n{indent}]"
+    keys = [f"{_scalar(str(key))}: " for key in value] if isinstance(value, dict) else None
+    kinds = set(map(type, children))
+    flat = kinds <= _FLAT or all(map(_is_flat, children))
+    if flat:
+        texts = list(map(_line, children))
+        items = texts if keys is None else list(map(str.__add__, keys, texts))
+        if sum(map(len, items)) + 2 * len(items) <= _WIDTH:
+            return f"[{', '.join(items)}]" if keys is None else f"{{{', '.join(items)}}}"
+        if keys is None and kinds <= _FLAT:
+            return _wrapped(texts, indent, deeper)
+        if max(map(len, texts)) > _WIDTH:
+            texts = [_text(child, deeper) for child in children]
+    else:
+        texts = [_text(child, deeper) for child in children]
+    between = f",\n{deeper}"
+    if keys is None:
+        return f"[\n{deeper}{between.join(texts)}\n{indent}]"
+    return f"{{\n{deeper}{between.join(map(str.__add__, keys, texts))}\n{indent}}}"
+
+
+def _line(value: Any) -> str:
+    """A scalar or a short list of scalars."""
+    if type(value) is not list:
+        return _scalar(value)
+    if _NUMBERS.issuperset(map(type, value)) and "n" not in (text := repr(value)):  # no nan, inf
+        return text
+    return f"[{', '.join(map(_scalar, value))}]"
+
+
+def _scalar(value: Any) -> str:
+    kind = type(value)
+    if kind is float and math.isfinite(value):
+        return repr(value)
+    if kind is str:
+        return encode_basestring(value)
+    return _encode(value)
 
 
 def _is_flat(value: Any) -> bool:
-    return isinstance(value, _SCALARS) or (
-        isinstance(value, list) and len(value) <= 4 and all(isinstance(x, _SCALARS) for x in value)
-    )
+    kind = type(value)
+    return kind in _FLAT or (kind is list and len(value) <= 4 and _FLAT.issuperset(map(type, value)))
 
 
-def _wrapped(scalars: list[Any], indent: str, deeper: str) -> str:
-    """A long list of scalars, several on a line."""
+def _wrapped(scalars: list[str], indent: str, deeper: str) -> str:
+    """A long list of the texts of scalars, several on a line."""
     lines, line = [], ""
-    for scalar in scalars:
-        item = json.dumps(scalar, ensure_ascii=False, allow_nan=False)
+    for item in scalars:
         if line and len(line) + len(item) + 2 > _WIDTH:
             lines.append(line)
             line = ""
@@ -63,12 +91,25 @@ def _wrapped(scalars: list[Any], indent: str, deeper: str) -> str:
 
 def finite(value: Any) -> Any:
     """Arrays as lists, numpy numbers as Python numbers, NaN and infinities as None, at any depth."""
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    if isinstance(value, float):
+    kind = type(value)
+    if kind is str or kind is int or value is None:
+        return value
+    if kind is float:
         return value + 0.0 if math.isfinite(value) else None
+    if kind is dict:
+        return {key: finite(item) for key, item in value.items()}
+    if kind is np.ndarray and value.dtype.kind == "f" and value.ndim:
+        return _finite_array(value)
+    if hasattr(value, "tolist"):
+        return finite(value.tolist())
     if isinstance(value, dict):
         return {key: finite(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
         return [finite(item) for item in value]
     return value
+
+
+def _finite_array(values: Any) -> list[Any]:
+    if values.ndim > 1:
+        return [_finite_array(row) for row in values]
+    return [x + 0.0 if math.isfinite(x) else None for x in values.tolist()]

@@ -109,7 +109,7 @@ def _prior_kinds(result: AdjustmentResult) -> list[_Kind]:
     """Control points, control splines and prior orientations; positions and angles apart."""
     members: dict[tuple[str, Literal["deg", "m"]], list[tuple[float, float, float]]] = {}
     for prior in result.prior_residuals:
-        if np.isnan(prior.minimal_detectable_bias):
+        if prior.minimal_detectable_bias != prior.minimal_detectable_bias:  # NaN
             continue
         unit: Literal["deg", "m"] = "deg" if prior.component in ANGLES else "m"
         factor = DEGREES if unit == "deg" else 1.0

@@ -15,10 +15,10 @@ def model_evidence(evidence: Evidence) -> dict[str, Any]:
         "group_tests": {
             "possible": evidence.possible_groups,
             "tested": len(evidence.groups),
-            "tests": [asdict(test) for test in evidence.groups],
+            "tests": [dict(vars(test)) for test in evidence.groups],
         },
         "systematic": {
-            "effects": [asdict(effect) for effect in evidence.systematic],
+            "effects": [dict(vars(effect)) for effect in evidence.systematic],
             "grids": [
                 {
                     "camera": grid.camera,

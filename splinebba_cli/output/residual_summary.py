@@ -146,7 +146,22 @@ def _summary(residual_mm: FloatArray, pixel_mm: FloatArray) -> Summary:
 
 def _per_index(residual_mm: FloatArray, pixel_mm: FloatArray, index: IntArray, count: int) -> list[Summary]:
     """The summary of every image or spline."""
-    return [_summary(residual_mm[row], pixel_mm[row]) for row in _rows_of(index, count)]
+    if not residual_mm.size:
+        return [_summary(residual_mm, pixel_mm) for _ in range(count)]
+    n = np.bincount(index, minlength=count)
+    order = np.argsort(index, kind="stable")
+    seen = np.flatnonzero(n)
+    starts = np.cumsum(n)[seen] - n[seen]
+    columns = [n]
+    for values in (residual_mm, residual_mm / pixel_mm[:, None]):
+        size = np.abs(values[order])
+        rms, largest = np.full((2, count), np.nan)
+        rms[seen] = np.sqrt(np.add.reduceat((size**2).sum(axis=1), starts) / (n[seen] * size.shape[1]))
+        largest[seen] = np.maximum.reduceat(size.max(axis=1), starts)
+        columns += [rms, largest]
+    names = ("n", "rms_mm", "max_mm", "rms_px", "max_px")
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    return [dict(zip(names, row, strict=True)) for row in rows]
 
 
 def _rows_of(index: IntArray, count: int) -> list[IntArray]:

@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from splinebba_cli.core.result import AdjustmentResult
-from splinebba_cli.errors import OutputError
 from splinebba_cli.output.atomic import replace_directory
-from splinebba_cli.output.columns import TableFormat, write_table
+from splinebba_cli.output.columns import Table, TableFormat, write_table
 from splinebba_cli.output.dispersion_file import dispersion_arrays, write_dispersion
 from splinebba_cli.output.provenance import LoadedProject, provenance
-from splinebba_cli.output.result_json import load_result_json, result_json_text, result_to_dict
+from splinebba_cli.output.result_json import RESULT_FORMAT, result_json_text, result_to_dict
 from splinebba_cli.output.tables import all_tables
 
 DispersionChoice = Literal["full", "blocks", "none"]
 
+_HEAD = 200  # characters in which the format of result.json stands
 _OWN_FILES = frozenset({"result.json", "report.html", "report.txt", "dispersion.npz", "adjusted.yaml"})
 _OWN_TABLES = frozenset(
     {
@@ -40,6 +42,14 @@ _OWN_TABLES = frozenset(
 )
 
 
+@dataclass(frozen=True)
+class Written:
+    """What a result folder holds, for those who would else read it back."""
+
+    content: dict[str, Any]  # of result.json
+    tables: tuple[Table, ...]
+
+
 def write_result_folder(
     directory: Path,
     result: AdjustmentResult,
@@ -48,9 +58,9 @@ def write_result_folder(
     adjusted_files: Mapping[str, str],
     dispersion: DispersionChoice = "blocks",
     tables: TableFormat = "csv",
-    reports: Callable[[Path], object] | None = None,
+    reports: Callable[[Path, Written], object] | None = None,
     timings: Mapping[str, float] | None = None,
-) -> None:
+) -> Written:
     """Write everything that `adjust` promises; the folder is the old one or the new one, never a mixture.
 
     Parameters
@@ -66,9 +76,15 @@ def write_result_folder(
         What ``dispersion.npz`` holds; "none" writes no such file.
     tables : {"csv", "parquet"}
     reports : callable, optional
-        Writes the reports into the new folder, whose path it gets, before that takes the place of the old one.
+        Writes the reports into the new folder, whose path and content it gets, before that takes the place of the
+        old one.
     timings : mapping, optional
         Seconds per stage, by default those of `result`.
+
+    Returns
+    -------
+    Written
+        What stands in the folder.
 
     Raises
     ------
@@ -77,26 +93,28 @@ def write_result_folder(
     """
     with replace_directory(directory, is_result_folder) as folder:
         origin = provenance(loaded, timings if timings is not None else result.timings)
-        content = result_to_dict(result, origin)
-        _write(folder / "result.json", result_json_text(content))
-        for table in all_tables(result):
+        written = Written(result_to_dict(result, origin), all_tables(result))
+        _write(folder / "result.json", result_json_text(written.content))
+        for table in written.tables:
             write_table(folder, table, tables)
         for name, text in adjusted_files.items():
             _write(_inside(folder, name), text)
         if dispersion != "none":
             write_dispersion(folder / "dispersion.npz", dispersion_arrays(result, full=dispersion == "full"))
         if reports is not None:
-            reports(folder)
+            reports(folder, written)
         _keep_foreign_files(directory, folder, set(adjusted_files))
+    return written
 
 
 def is_result_folder(folder: Path) -> bool:
-    """Whether a folder holds results of this program."""
+    """Whether a folder holds results of this program: a result.json that begins as ours."""
     try:
-        load_result_json(folder)
-    except OutputError:
+        with (folder / "result.json").open(encoding="utf-8") as stream:
+            head = stream.read(_HEAD)
+    except (OSError, UnicodeDecodeError):
         return False
-    return True
+    return re.match(rf'\{{\s*"format":\s*"{re.escape(RESULT_FORMAT)}"', head) is not None
 
 
 def _inside(folder: Path, name: str) -> Path:

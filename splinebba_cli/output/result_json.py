@@ -23,6 +23,7 @@ from splinebba_cli.output.revision_json import revision_to_dict
 from splinebba_cli.output.tables import EOP_NAMES
 
 RESULT_FORMAT = "splinebba-result/1"
+MOST_SEGMENTS = 5_000  # of all splines; the coefficients of more stand in their table alone
 _EOP_KEYS = ("x", "y", "z", "omega", "phi", "kappa")
 _EOP_ORDER = (3, 4, 5, 0, 1, 2)
 
@@ -41,6 +42,7 @@ def result_to_dict(result: AdjustmentResult, provenance: dict[str, Any] | None =
     dict
         JSON types only; lengths in metres (residuals in the photo: mm and px), angles in degrees.
     """
+    with_segments = sum(len(curve.segments.interval) for curve in result.curves) <= MOST_SEGMENTS
     content = {
         "format": RESULT_FORMAT,
         "provenance": provenance or {},
@@ -64,7 +66,8 @@ def result_to_dict(result: AdjustmentResult, provenance: dict[str, Any] | None =
         ],
         "cameras": _cameras(result),
         "images": _images(result),
-        "splines": [_spline(result, number) for number in range(len(result.curves))],
+        "splines": [_spline(result, number, with_segments) for number in range(len(result.curves))],
+        **({} if with_segments else {"segments_table": "spline_coefficients"}),
         "points": _points(result),
         "checks": checks_to_dict(result.checks),
         "precision": precision_to_dict(result.evidence.precision),
@@ -164,18 +167,18 @@ def _cameras(result: AdjustmentResult) -> list[dict[str, Any]]:
 def _images(result: AdjustmentResult) -> list[dict[str, Any]]:
     images = result.network.images
     scale = np.where(np.arange(6) < 3, 180.0 / np.pi, 1.0)
-    eop = result.images.eop * scale
-    sigma = _sigma(result.images.dispersion) * scale
+    eop = (result.images.eop * scale).tolist()
+    sigma = (_sigma(result.images.dispersion) * scale).tolist()
     rows = []
     for i, name in enumerate(images.ids):
-        values = {key: eop[i, j] for key, j in zip(_EOP_KEYS, _EOP_ORDER, strict=True)}
+        values = {key: eop[i][j] for key, j in zip(_EOP_KEYS, _EOP_ORDER, strict=True)}
         rows.append(
             {
                 "id": name,
                 "camera": result.network.cameras[int(images.camera[i])].id,
                 "rotation_sequence": images.sequence[i],
                 **values,
-                "sigma": {key: sigma[i, j] for key, j in zip(_EOP_KEYS, _EOP_ORDER, strict=True)},
+                "sigma": {key: sigma[i][j] for key, j in zip(_EOP_KEYS, _EOP_ORDER, strict=True)},
                 "fixed": [EOP_NAMES[j] for j in range(6) if not result.images.estimated[i, j]],
                 "correlations": _strong_correlations(
                     result.images.dispersion[i], result.network.settings.correlation_threshold
@@ -203,7 +206,7 @@ def _sigma(dispersion: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.maximum(np.einsum("nii->ni", dispersion), 0.0)))
 
 
-def _spline(result: AdjustmentResult, number: int) -> dict[str, Any]:
+def _spline(result: AdjustmentResult, number: int, with_segments: bool) -> dict[str, Any]:
     given, curve = result.network.curves[number], result.curves[number]
     found: dict[str, Any] = {
         "id": given.id,
@@ -219,7 +222,7 @@ def _spline(result: AdjustmentResult, number: int) -> dict[str, Any]:
         "sigma_along_datum_dependent": curve.along_sigma,
         "rms_across_mm": curve.rms_across_mm,
         "reference": curve.reference,
-        "segments": _segments(curve),
+        "segments": _segments(curve) if with_segments else [],
     }
     if not len(curve.segments.interval) or given.family.startswith(
         "bspline"

@@ -8,7 +8,7 @@ import numpy as np
 
 from splinebba_cli.core.evidence import ObservationKind
 from splinebba_cli.core.result import AdjustmentResult
-from splinebba_cli.output.revision_tables import status_of
+from splinebba_cli.output.revision_tables import STATUS, status_of
 
 _KINDS: tuple[ObservationKind, ...] = ("point", "spline", "arc length", "tangent", "distance")
 
@@ -16,15 +16,13 @@ _KINDS: tuple[ObservationKind, ...] = ("point", "spline", "arc length", "tangent
 def revision_to_dict(result: AdjustmentResult) -> dict[str, Any]:
     """Method, counts by status, and the log; residuals in mm, of tangents in degrees, of distances in metres."""
     revision = result.revision
-    status = [word for kind in _KINDS for word in status_of(result, kind)]
+    status = np.concatenate([status_of(result, kind).number for kind in _KINDS])
+    counts = np.bincount(status, minlength=len(STATUS)).tolist()
     return {
         "method": revision.method,
         "start": revision.start,
         "rounds": revision.rounds,
-        "used": status.count("used"),
-        "reweighted": status.count("reweighted"),
-        "rejected": status.count("rejected"),
-        "excluded_by_user": status.count("excluded by user"),
+        **{word.replace(" ", "_"): count for word, count in zip(STATUS, counts, strict=True)},
         "rejections": [
             {
                 "kind": each.kind,

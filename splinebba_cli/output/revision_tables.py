@@ -13,8 +13,10 @@ from splinebba_cli.core.network import BoolArray, FloatArray
 from splinebba_cli.core.quality.observation_names import distance_name
 from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.output.columns import Column, Table
+from splinebba_cli.project.labels import Labels
 
 _NUMBER = "%.6g"
+STATUS = ("used", "reweighted", "rejected", "excluded by user")
 
 
 def weights_of(result: AdjustmentResult, kind: ObservationKind) -> FloatArray:
@@ -30,7 +32,7 @@ def weights_of(result: AdjustmentResult, kind: ObservationKind) -> FloatArray:
     return np.ones(count) if weight is None else weight
 
 
-def status_of(result: AdjustmentResult, kind: ObservationKind) -> list[str]:
+def status_of(result: AdjustmentResult, kind: ObservationKind) -> Labels:
     """What became of every observation of one kind."""
     network, weight = result.network, weights_of(result, kind)
     given: BoolArray | None = {
@@ -41,15 +43,15 @@ def status_of(result: AdjustmentResult, kind: ObservationKind) -> list[str]:
         "distance": network.distances.excluded,
     }[kind]
     excluded = np.zeros(len(weight), dtype=bool) if given is None else given
-    words = np.where(weight == 1.0, "used", np.where(weight > 0.0, "reweighted", "rejected"))
-    return [str(word) for word in np.where(excluded, "excluded by user", words)]
+    number = np.where(weight == 1.0, 0, np.where(weight > 0.0, 1, 2))
+    return Labels(STATUS, np.where(excluded, 3, number))
 
 
 def revision_columns(result: AdjustmentResult, *kinds: ObservationKind) -> list[Column]:
     """Columns ``weight`` and ``status`` of the observations of some kinds."""
     weight = np.concatenate([weights_of(result, kind) for kind in kinds])
-    status = [word for kind in kinds for word in status_of(result, kind)]
-    return [Column("weight", weight, _NUMBER), Column("status", status)]
+    status = np.concatenate([status_of(result, kind).number for kind in kinds])
+    return [Column("weight", weight, _NUMBER), Column("status", Labels(STATUS, status))]
 
 
 def rejections_tables(result: AdjustmentResult) -> tuple[Table, ...]:

@@ -16,8 +16,9 @@ from splinebba_cli.core.curves.registry import basis_of
 from splinebba_cli.core.network import Curve, FloatArray, RotationSequence
 from splinebba_cli.core.quality.curve_comparison import SampledCurve
 from splinebba_cli.core.quality.variance_comparison import SumOfSquares
-from splinebba_cli.output.columns import read_table
+from splinebba_cli.output.read_table import read_table
 from splinebba_cli.output.result_json import load_result_json
+from splinebba_cli.output.segments_table import with_segments
 
 _ANGLES, _XYZ = ("omega", "phi", "kappa"), ("x", "y", "z")
 _POWERS = 4
@@ -114,11 +115,13 @@ class StoredResult:
         table = read_table(self.folder, "spline_samples")
         if not table.rows:
             return {}
-        names = np.array(table["spline"])
+        rows_of: dict[str, list[int]] = {}
+        for row, name in enumerate(table["spline"]):
+            rows_of.setdefault(name, []).append(row)
         columns = {name: table.numbers(name) for name in table if name != "spline"}
         found = {}
         for spline in self.content["splines"]:
-            rows = np.flatnonzero(names == spline["id"])
+            rows = np.array(rows_of.get(spline["id"], []), dtype=np.int64)
             shape = curve_function(spline, origin)
             if not len(rows) or shape is None or not shape[0].has_location:
                 continue
@@ -144,6 +147,7 @@ def read_result(folder: Path) -> StoredResult:
     """
     content = load_result_json(folder)
     folder = folder if folder.is_dir() else folder.parent
+    content = with_segments(content, folder)
     path = folder / "dispersion.npz"
     if path.exists():
         with np.load(path, allow_pickle=False) as file:

@@ -5,17 +5,16 @@ Metres in the user's object frame, millimetres in the measured photo frame, degr
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from splinebba_cli.core.curves.registry import basis_of
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.result import AdjustmentResult, ScalarResiduals
 from splinebba_cli.output.columns import Column, Table
 from splinebba_cli.output.ellipse_table import error_ellipse_tables
+from splinebba_cli.output.located import places_on_splines
 from splinebba_cli.output.model_evidence_tables import model_evidence_tables
 from splinebba_cli.output.revision_tables import rejections_tables, revision_columns
+from splinebba_cli.project.labels import Labels
 
 _PHOTO = "%.7f"  # mm: a tenth of a nanometre
 _RATIO = "%.6f"
@@ -48,7 +47,7 @@ def exterior_orientation_table(result: AdjustmentResult) -> Table:
     eop = images.eop
     columns = [
         Column("image", result.network.images.ids),
-        Column("camera", [result.network.cameras[c].id for c in result.network.images.camera]),
+        Column("camera", Labels([c.id for c in result.network.cameras], result.network.images.camera)),
         Column("rotation_sequence", result.network.images.sequence),
     ]
     columns += [Column(f"{name}_m", eop[:, 3 + i]) for i, name in enumerate("xyz")]
@@ -74,8 +73,8 @@ def spline_coefficients_table(result: AdjustmentResult) -> Table:
     curves = result.curves
     counts = [len(curve.segments.interval) for curve in curves]
     columns = [
-        Column("spline", _repeated([curve.id for curve in result.network.curves], counts)),
-        Column("segment", np.array([i for n in counts for i in range(n)], dtype=np.int64)),
+        Column("spline", Labels(_curve_ids(result), np.repeat(np.arange(len(counts)), counts))),
+        Column("segment", np.arange(sum(counts)) - np.repeat(np.cumsum([0, *counts])[:-1], counts)),
     ]
     interval = _stacked([curve.segments.interval for curve in curves], (2,))
     coefficients = _stacked([curve.segments.coefficients for curve in curves], (4, 3))
@@ -93,8 +92,9 @@ def spline_samples_table(result: AdjustmentResult) -> Table:
     xyz = _stacked([curve.sample_xyz for curve in curves], (3,))
     across = _stacked([curve.sample_across for curve in curves], (2,))
     direction = _stacked([curve.sample_across_direction for curve in curves], (3,))
+    counts = [len(curve.sample_u) for curve in curves]
     columns = [
-        Column("spline", _repeated([c.id for c in result.network.curves], [len(c.sample_u) for c in curves])),
+        Column("spline", Labels(_curve_ids(result), np.repeat(np.arange(len(counts)), counts))),
         Column("u", _stacked([curve.sample_u for curve in curves], ()), "%.9g"),
     ]
     columns += [Column(f"{name}_m", xyz[:, i], "%.6f") for i, name in enumerate("xyz")]
@@ -110,31 +110,10 @@ def spline_locations_table(result: AdjustmentResult) -> Table:
     """One row an image point on a spline: its location u, segment, t in [0, 1], place in the object."""
     observations = result.network.curve_observations
     location = result.curve_residuals.location
-    segment = np.full(len(observations), -1, dtype=np.int64)
-    t = np.full(len(observations), np.nan)
-    xyz = np.full((len(observations), 3), np.nan)
-    order = np.argsort(observations.curve, kind="stable")
-    bounds = np.searchsorted(observations.curve[order], np.arange(len(result.curves) + 1))
-    for number, curve in enumerate(result.curves):
-        rows = order[bounds[number] : bounds[number + 1]]
-        interval = curve.segments.interval
-        if len(rows) and not len(interval):  # no power form: the family's own functions
-            given = result.network.curves[number]
-            basis = basis_of(replace(given, values=curve.values))
-            segment[rows], t[rows] = basis.locate(location[rows])
-            xyz[rows] = basis.evaluate(location[rows], basis.coefficients_from_values(curve.values))
-        elif len(rows):
-            index = np.clip(
-                np.searchsorted(interval[:, 0], location[rows], side="right") - 1, 0, len(interval) - 1
-            )
-            start, end = interval[index, 0], interval[index, 1]
-            segment[rows], t[rows] = index, (location[rows] - start) / (end - start)
-            powers = t[rows, None] ** np.arange(4)
-            xyz[rows] = np.einsum("np,npc->nc", powers, curve.segments.coefficients[index])
-    image_ids, curve_ids = result.network.images.ids, [curve.id for curve in result.network.curves]
+    segment, t, xyz = places_on_splines(result)
     columns = [
-        Column("image", [image_ids[i] for i in observations.image]),
-        Column("spline", [curve_ids[i] for i in observations.curve]),
+        Column("image", Labels(result.network.images.ids, observations.image)),
+        Column("spline", Labels(_curve_ids(result), observations.curve)),
         Column("measured_x_mm", observations.photo_xy[:, 0], _PHOTO),
         Column("measured_y_mm", observations.photo_xy[:, 1], _PHOTO),
         Column("u", location, "%.9g"),
@@ -151,9 +130,10 @@ def residuals_table(result: AdjustmentResult) -> Table:
     network = result.network
     points, curves = network.point_observations, network.curve_observations
     n = len(points)
-    curve_ids = [curve.id for curve in network.curves]
-    features = [network.points.ids[i] for i in points.point] + [curve_ids[i] for i in curves.curve]
-    images = [network.images.ids[i] for i in points.image] + [network.images.ids[i] for i in curves.image]
+    features = Labels.joined(
+        Labels(network.points.ids, points.point), Labels(_curve_ids(result), curves.curve)
+    )
+    images = Labels(network.images.ids, np.concatenate([points.image, curves.image]))
     both = (result.point_residuals, result.curve_residuals)
     redundancy = np.concatenate([both[0].redundancy, both[1].redundancy])
     standardized = np.concatenate([both[0].standardized, both[1].standardized])
@@ -162,7 +142,7 @@ def residuals_table(result: AdjustmentResult) -> Table:
     measured = np.concatenate([points.photo_xy, curves.photo_xy])
     sigma = np.concatenate([points.sigma, curves.sigma])
     columns = [
-        Column("kind", ["point"] * n + ["spline"] * len(curves)),
+        Column("kind", Labels(("point", "spline"), np.repeat([0, 1], [n, len(curves)]))),
         Column("image", images),
         Column("feature", features),
     ]
@@ -303,8 +283,8 @@ def _only(values: FloatArray, rows: slice) -> FloatArray:
     return kept
 
 
-def _repeated(names: list[str], counts: list[int]) -> list[str]:
-    return [name for name, count in zip(names, counts, strict=True) for _ in range(count)]
+def _curve_ids(result: AdjustmentResult) -> list[str]:
+    return [curve.id for curve in result.network.curves]
 
 
 def _stacked(arrays: list[FloatArray], shape: tuple[int, ...]) -> FloatArray:

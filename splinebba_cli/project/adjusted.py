@@ -21,9 +21,9 @@ from splinebba_cli.core.result import AdjustmentResult, CurveResult
 from splinebba_cli.core.revision.group_weights import with_given_sigma
 from splinebba_cli.project.build_curves import position_rows
 from splinebba_cli.project.loading import LoadedProject
-from splinebba_cli.project.network_tables import curve_tables, images_table, points_table
+from splinebba_cli.project.network_tables import images_table, points_table
 from splinebba_cli.project.observation_marks import marked_tables
-from splinebba_cli.project.writer import spline_entry
+from splinebba_cli.project.writer import spline_entries
 from splinebba_cli.project.yaml_writing import project_yaml
 
 PREFIX = "adjusted_"
@@ -66,10 +66,7 @@ def adjusted_project(
     }
     files = {f"{PREFIX}images.csv": images_table(network, unit)}
     if network.curves:
-        files |= {
-            f"{PREFIX}{key}.csv": text for key, text in curve_tables(network.curves, network.origin).items()
-        }
-        data["splines"] = [spline_entry(curve, PREFIX) for curve in network.curves]
+        data["splines"] = spline_entries(network.curves, network.origin, PREFIX, files)
     if network.points.ids:
         files[f"{PREFIX}points.csv"] = points_table(network)
         data["points"] = {"table": f"{PREFIX}points.csv"}

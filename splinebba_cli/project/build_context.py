@@ -11,8 +11,8 @@ import numpy as np
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.project.diagnostics import Collector, Place, listing, suggestion
 from splinebba_cli.project.model import Project
+from splinebba_cli.project.table import Table
 from splinebba_cli.project.table_reader import TableReader
-from splinebba_cli.project.tables import Table
 from splinebba_cli.project.yaml_source import YamlSource
 
 Purpose = Literal["adjustment", "simulation"]
@@ -45,17 +45,21 @@ class Building:
 
         A declared id that is of no use (an error was reported) has the index -2.
         """
-        names = table.texts(column)
-        found = np.array([known.get(name, -1) for name in names], dtype=np.int64)
-        reported: set[str] = set()
-        for row in np.flatnonzero(found == -1):
-            name = names[row]
-            if name and name not in reported:
-                reported.add(name)
-                self.unknown(kind, name, table.place_of(int(row), column), known)
+        labels = table.labels(column)
+        index = np.array([known.get(name, -1) for name in labels.names], dtype=np.int64)
+        found = index[labels.number] if len(index) else np.empty(0, dtype=np.int64)
+        if (found == -1).any():
+            number = labels.number[found == -1]
+            rows = np.flatnonzero(found == -1)
+            for first in np.sort(np.unique(number, return_index=True)[1]).tolist():
+                name = labels.names[number[first]]
+                if name:
+                    self.unknown(kind, name, table.place_of(int(rows[first]), column), known)
         return found
 
 
 def stacked(parts: Sequence[FloatArray], width: int) -> FloatArray:
     """Rows of several arrays under each other, (n, width), also where there is none."""
+    if len(parts) == 1:
+        return parts[0]
     return np.concatenate(parts) if parts else np.empty((0, width))

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -13,14 +15,16 @@ from splinebba_cli.core.network import BoolArray, Curve, FloatArray, IntArray
 from splinebba_cli.project.build_context import Building
 from splinebba_cli.project.build_points import SIGMA_XYZ, XYZ, columns_of, sigma_columns
 from splinebba_cli.project.curve_checks import check_curve
-from splinebba_cli.project.diagnostics import Place
+from splinebba_cli.project.diagnostics import Place, Places
 from splinebba_cli.project.model_features import Spline, SplineTable
 from splinebba_cli.project.model_tables import NumberTable
+from splinebba_cli.project.table import Table
 from splinebba_cli.project.table_reader import Wanted
-from splinebba_cli.project.tables import Table
+from splinebba_cli.project.usual_curves import UsualRows
 from splinebba_cli.project.yaml_source import YamlPath
 
-_MANY = Wanted(("spline", *XYZ), (*SIGMA_XYZ, "sigma"), {"id": "spline"})
+REFERENCE_XYZ = tuple(f"reference_{axis}" for axis in XYZ)
+_MANY = Wanted(("spline", *XYZ), (*SIGMA_XYZ, "sigma", "u", *REFERENCE_XYZ), {"id": "spline"})
 _ROWS = Wanted(XYZ, (*SIGMA_XYZ, "sigma", "spline"), {"id": "spline"})
 _DEFAULT = (*XYZ, *SIGMA_XYZ)
 
@@ -30,7 +34,7 @@ class CurveRows:
     """Curves of all entries, in the user's frame."""
 
     curves: list[Curve] = field(default_factory=list)
-    places: list[Place] = field(default_factory=list)
+    places: Places = field(default_factory=Places)
 
     def index(self) -> dict[str, int]:
         """Index of each id."""
@@ -44,6 +48,8 @@ def position_rows(curve: Curve) -> BoolArray:
 
 def shifted(curve: Curve, offset: FloatArray) -> Curve:
     """The curve moved by an offset, (3,) metres."""
+    if not offset.any():
+        return curve
     rows = position_rows(curve)[:, None]
     reference, check_values = curve.reference, curve.check_values
     return replace(
@@ -57,7 +63,7 @@ def shifted(curve: Curve, offset: FloatArray) -> Curve:
 def read_curves(building: Building) -> CurveRows:
     """All curves of the project, without duplicates, checked one by one."""
     rows = CurveRows()
-    seen: dict[str, Place] = {}
+    seen: dict[str, Callable[[], Place]] = {}
     for number, entry in enumerate(building.model.splines):
         path = building.source.resolve(("splines", number))
         if isinstance(entry, Spline):
@@ -68,30 +74,65 @@ def read_curves(building: Building) -> CurveRows:
 
 
 def _add_table(
-    entry: SplineTable, path: YamlPath, rows: CurveRows, seen: dict[str, Place], building: Building
+    entry: SplineTable,
+    path: YamlPath,
+    rows: CurveRows,
+    seen: dict[str, Callable[[], Place]],
+    building: Building,
 ) -> None:
     table = building.reader.read(entry, path, _MANY, ("spline", *XYZ))
     if table is None:
         return
     values = columns_of(table, XYZ, optional=False)
     sigma = sigma_columns(table, entry.sigma)
-    for id, taken in building.reader.rows_by(table, "spline").items():
-        place = table.place_of(int(taken[0]), "spline")
-        spline = Spline(
-            id=id or "?",
-            role=entry.role,
-            family=entry.family,
-            closed=entry.closed,
-            parameterization=entry.parameterization,
-            continuity=entry.continuity,
-            natural_ends=entry.natural_ends,
-            tension=entry.tension,
+    by_id = building.reader.rows_by(table, "spline")
+    parameters = table.numbers("u") if table.has("u") else None
+    reference = columns_of(table, REFERENCE_XYZ, optional=False) if table.has("reference_x") else None
+    usual = UsualRows.of(entry, values, sigma, parameters, list(by_id.values()))
+    for number, (id, taken) in enumerate(by_id.items()):
+        find = partial(table.place_of, int(taken[0]), "spline")
+        own = taken if usual.scattered[number] else slice(int(taken[0]), int(taken[-1]) + 1)
+        if id in seen or not usual.is_usual(number):
+            spline = _entry(id, entry, None if parameters is None else parameters[own].tolist())
+            held_to = None if reference is None else reference[own]
+            usual.checked(
+                number, _add(spline, values[own], sigma[own], held_to, find, None, rows, seen, building)
+            )
+            continue
+        seen[id] = find
+        rows.curves.append(
+            Curve(
+                id=id,
+                role=entry.role,
+                family=entry.family,
+                values=values[own],
+                sigma=usual.sigma[own],
+                closed=entry.closed,
+                knot_parameters=None if parameters is None else parameters[own],
+                parameterization=entry.parameterization,
+                reference=None if reference is None else reference[own],
+                tension=entry.tension,
+            )
         )
-        _add(spline, values[taken], sigma[taken], place, None, rows, seen, building)
+        rows.places.append(find)
+
+
+def _entry(id: str, entry: SplineTable, parameters: list[float] | None) -> Spline:
+    return Spline(
+        id=id or "?",
+        role=entry.role,
+        family=entry.family,
+        closed=entry.closed,
+        parameterization=entry.parameterization,
+        continuity=entry.continuity,
+        natural_ends=entry.natural_ends,
+        tension=entry.tension,
+        knot_parameters=parameters,
+    )
 
 
 def _add_spline(
-    entry: Spline, path: YamlPath, rows: CurveRows, seen: dict[str, Place], building: Building
+    entry: Spline, path: YamlPath, rows: CurveRows, seen: dict[str, Callable[[], Place]], building: Building
 ) -> None:
     place = building.source.place((*path, "id"))
     if entry.knots is None:
@@ -107,7 +148,8 @@ def _add_spline(
     table, taken = found
     values = columns_of(table, XYZ, taken, optional=False)
     sigma = sigma_columns(table, entry.sigma, taken)
-    _add(entry, values, sigma, place, path, rows, seen, building)
+    reference = _further(entry, "reference_knots", path, building)
+    _add(entry, values, sigma, reference, lambda: place, path, rows, seen, building)
 
 
 def _rows(
@@ -144,16 +186,18 @@ def _add(
     entry: Spline,
     values: FloatArray,
     sigma: FloatArray,
-    place: Place,
+    reference: FloatArray | None,
+    find: Callable[[], Place],
     path: YamlPath | None,
     rows: CurveRows,
-    seen: dict[str, Place],
+    seen: dict[str, Callable[[], Place]],
     building: Building,
-) -> None:
+) -> bool:
+    """Check a curve and add it; whether it can be used."""
     if entry.id in seen:
-        building.duplicate("spline", entry.id, place, seen[entry.id].line)
-        return
-    seen[entry.id] = place
+        building.duplicate("spline", entry.id, find(), seen[entry.id]().line)
+        return False
+    seen[entry.id] = find
     sigma = _with_held(entry, sigma.copy(), path, building)
     check_values = _further(entry, "check_values", path, building)
     curve = Curve(
@@ -166,20 +210,22 @@ def _add(
         knot_parameters=None if entry.knot_parameters is None else np.array(entry.knot_parameters),
         parameterization=entry.parameterization,
         breaks=tuple(sorted(entry.breaks)),
-        reference=_further(entry, "reference_knots", path, building),
+        reference=reference,
         continuity=int(entry.continuity[1:]),
         natural_ends=entry.natural_ends,
         tension=entry.tension,
         check_values=check_values,
         check_sigma=entry.check_sigma_m,
     )
-    if check_curve(curve, place, path, building):
+    usable = check_curve(curve, find(), path, building)
+    if usable:
         if entry.role == "check" and check_values is None:
             curve = replace(curve, check_values=given_points(curve))
         free = entry.role in ("tie", "partial", "check")
         curve = replace(curve, sigma=np.where(np.isnan(sigma), math.inf if free else 0.0, sigma))
         rows.curves.append(curve)
-        rows.places.append(place)
+        rows.places.append(find)
+    return usable
 
 
 def _with_held(entry: Spline, sigma: FloatArray, path: YamlPath | None, building: Building) -> FloatArray:

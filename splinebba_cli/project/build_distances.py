@@ -10,8 +10,8 @@ from splinebba_cli.project.build_groups import group_numbers, sigma_column
 from splinebba_cli.project.build_images import ImageRows
 from splinebba_cli.project.build_points import PointRows
 from splinebba_cli.project.diagnostics import suggestion
+from splinebba_cli.project.table import Table
 from splinebba_cli.project.table_reader import Wanted
-from splinebba_cli.project.tables import Table
 from splinebba_cli.project.yaml_source import YamlPath
 
 DISTANCE_COLUMNS = Wanted(("from", "to", "length"), ("sigma_m", "use"))

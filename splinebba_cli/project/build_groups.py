@@ -8,7 +8,7 @@ import numpy as np
 
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.project.build_context import Building
-from splinebba_cli.project.tables import Table
+from splinebba_cli.project.table import Table
 from splinebba_cli.project.yaml_source import YamlPath
 
 

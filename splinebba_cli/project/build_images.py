@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
 from splinebba_cli.core.camera.rotation import rotation_object_from_photo
 from splinebba_cli.core.network import FloatArray, Images, RotationSequence
 from splinebba_cli.project.build_context import Building
-from splinebba_cli.project.diagnostics import Place, suggestion
+from splinebba_cli.project.diagnostics import Place, Places, suggestion
 from splinebba_cli.project.model_images import EOP_KEYS, Image, ImageTable, OrientationSigma
+from splinebba_cli.project.table import Table
 from splinebba_cli.project.table_reader import Wanted
-from splinebba_cli.project.tables import Table
 from splinebba_cli.project.yaml_source import YamlPath
 
 ANGLE_FACTORS = {"deg": math.pi / 180.0, "gon": math.pi / 200.0, "rad": 1.0}
@@ -38,7 +40,7 @@ class ImageRows:
     ids: list[str] = field(default_factory=list)
     cameras: list[int] = field(default_factory=list)
     sequences: list[RotationSequence | None] = field(default_factory=list)
-    places: list[Place] = field(default_factory=list)
+    places: Places = field(default_factory=Places)
     orientation: list[FloatArray] = field(default_factory=list)  # (6,) NaN where not given
     prior: list[FloatArray] = field(default_factory=list)
     sigma: list[FloatArray] = field(default_factory=list)
@@ -52,7 +54,7 @@ def read_images(building: Building) -> ImageRows:
     """All images of the project, without duplicates."""
     rows = ImageRows()
     cameras = {camera.id: number for number, camera in enumerate(building.model.cameras)}
-    seen: dict[str, Place] = {}
+    seen: dict[str, int] = {}
     for number, entry in enumerate(building.model.images):
         path = building.source.resolve(("images", number))
         if isinstance(entry, Image):
@@ -62,11 +64,13 @@ def read_images(building: Building) -> ImageRows:
     return rows
 
 
-def _is_new(id: str, place: Place, seen: dict[str, Place], building: Building) -> bool:
+def _is_new(
+    id: str, find: Callable[[], Place], rows: ImageRows, seen: dict[str, int], building: Building
+) -> bool:
     if id in seen:
-        building.duplicate("image", id, place, seen[id].line)
+        building.duplicate("image", id, find(), rows.places[seen[id]].line)
         return False
-    seen[id] = place
+    seen[id] = len(rows.ids)
     return True
 
 
@@ -87,11 +91,11 @@ def _add_image(
     path: YamlPath,
     rows: ImageRows,
     cameras: dict[str, int],
-    seen: dict[str, Place],
+    seen: dict[str, int],
     building: Building,
 ) -> None:
     place = building.source.place((*path, "id"))
-    if not _is_new(entry.id, place, seen, building):
+    if not _is_new(entry.id, lambda: place, rows, seen, building):
         return
     given = [getattr(entry.orientation, key, None) for key in EOP_KEYS]
     prior = [getattr(entry.prior, key, None) for key in EOP_KEYS]
@@ -101,7 +105,7 @@ def _add_image(
     rows.ids.append(entry.id)
     rows.cameras.append(_camera(entry.camera, building.source.place((*path, "camera")), cameras, building))
     rows.sequences.append(entry.rotation_sequence)
-    rows.places.append(place)
+    rows.places.append(lambda: place)
     rows.orientation.append(np.array([math.nan if v is None else v for v in given]))
     rows.prior.append(np.array([math.nan if v is None else v for v in prior]))
     rows.sigma.append(np.zeros(6) if entry.fixed else _sigma_values(entry.sigma))
@@ -112,7 +116,7 @@ def _add_table(
     path: YamlPath,
     rows: ImageRows,
     cameras: dict[str, int],
-    seen: dict[str, Place],
+    seen: dict[str, int],
     building: Building,
 ) -> None:
     table = building.reader.read(entry, path, _TABLE)
@@ -127,16 +131,18 @@ def _add_table(
     default = np.zeros(6) if entry.fixed else _sigma_values(entry.sigma)
     sigma = np.where(np.isnan(sigma), default, sigma)
     for row, id in enumerate(ids):
-        place = table.place_of(row, "image")
-        if not id or not _is_new(id, place, seen, building):
+        find = partial(table.place_of, row, "image")
+        if not id or not _is_new(id, find, rows, seen, building):
             continue
         rows.ids.append(id)
-        where = (
-            table.place_of(row, "camera") if table.has("camera") else building.source.place((*path, "camera"))
-        )
-        rows.cameras.append(_camera(camera_ids[row], where, cameras, building) if camera_ids[row] else -1)
+        camera = camera_ids[row]
+        if camera and camera not in cameras:
+            own = table.has("camera")
+            place = table.place_of(row, "camera") if own else building.source.place((*path, "camera"))
+            building.unknown("camera", camera, place, cameras)
+        rows.cameras.append(cameras.get(camera, -1))
         rows.sequences.append(sequences[row])
-        rows.places.append(place)
+        rows.places.append(find)
         rows.orientation.append(orientation[row])
         rows.prior.append(prior[row])
         rows.sigma.append(sigma[row])
@@ -182,7 +188,7 @@ def _six(table: Table, prefix: str, kind: str) -> FloatArray:
 def check_images(rows: ImageRows, building: Building) -> None:
     """Priors have values; where there are angles, their unit and sequence are declared."""
     orientation, prior, sigma = _arrays(rows)
-    for image in np.flatnonzero((np.isfinite(sigma) & np.isnan(prior)).any(axis=1)):
+    for image in np.flatnonzero((np.isfinite(sigma) & np.isnan(prior)).any(axis=1)).tolist():
         lacking = [
             key
             for k, key in enumerate(EOP_KEYS)
@@ -223,11 +229,10 @@ def build_images(rows: ImageRows, origin: FloatArray, building: Building) -> Ima
     units = np.array([factor] * 3 + [1.0] * 3)
     local = np.concatenate([np.zeros(3), origin])
     rotation = np.full((len(rows.ids), 3, 3), np.nan)
+    oriented = np.isfinite(approximate[:, 3:]).all(axis=1)
     for sequence in SEQUENCES:
-        chosen = [
-            i for i, s in enumerate(sequences) if s == sequence and np.isfinite(approximate[i, 3:]).all()
-        ]
-        if chosen:
+        chosen = np.flatnonzero(oriented & np.array([s == sequence for s in sequences], dtype=bool))
+        if len(chosen):
             rotation[chosen] = rotation_object_from_photo(approximate[chosen, 3:] * factor, sequence)
     return Images(
         ids=tuple(rows.ids),

@@ -16,8 +16,8 @@ from splinebba_cli.project.build_images import ANGLE_FACTORS, ImageRows
 from splinebba_cli.project.build_observations import ObservationRows
 from splinebba_cli.project.diagnostics import Place
 from splinebba_cli.project.model_observations import ArcLengthGroup, TangentGroup
+from splinebba_cli.project.table import Table
 from splinebba_cli.project.table_reader import Wanted
-from splinebba_cli.project.tables import Table
 from splinebba_cli.project.yaml_source import YamlPath
 
 _UNITS = ("px", "um", "mm")

@@ -13,8 +13,8 @@ from splinebba_cli.project.build_context import Building, stacked
 from splinebba_cli.project.build_images import ImageRows
 from splinebba_cli.project.diagnostics import Place
 from splinebba_cli.project.model_observations import ObservationGroup
+from splinebba_cli.project.table import Table
 from splinebba_cli.project.table_reader import Wanted
-from splinebba_cli.project.tables import Table
 from splinebba_cli.project.yaml_source import YamlPath
 
 UNITS = ("px", "um", "mm")
@@ -76,6 +76,8 @@ class ObservationRows:
 
 
 def _joined(parts: Sequence[IntArray]) -> IntArray:
+    if len(parts) == 1:
+        return parts[0]
     return np.concatenate(parts) if parts else np.empty(0, dtype=np.int64)
 
 
@@ -139,9 +141,8 @@ def _photo_xy(
     frames: list[PhotoFrame],
 ) -> FloatArray:
     out = np.zeros_like(measured)
-    for number in np.unique(camera[camera >= 0]):
+    for number in _cameras_of(camera):
         frame = frames[number]
-        chosen = camera == number
         wanted = group.image_coordinates or frame.image_coordinates
         if not frame.allows(wanted):
             if wanted == frame.image_coordinates:
@@ -152,8 +153,16 @@ def _photo_xy(
             help = "photo coordinates of a camera with pixels need its image_size_px"
             building.collector.error("SBB209", message, place, help)
             continue
+        chosen = camera == number
+        if chosen.all():
+            return np.asarray(frame.photo_xy(measured, wanted))
         out[chosen] = frame.photo_xy(measured[chosen], wanted)
     return out
+
+
+def _cameras_of(camera: IntArray) -> IntArray:
+    """The different numbers of cameras, without -1."""
+    return np.flatnonzero(np.bincount(camera + 1)[1:]).astype(np.int64)
 
 
 def _sigma(
@@ -197,7 +206,7 @@ def _sigma(
 
 def _pixel_sizes(camera: IntArray, place: Place, building: Building, frames: list[PhotoFrame]) -> FloatArray:
     sizes = np.ones((len(camera), 2))
-    for number in np.unique(camera[camera >= 0]):
+    for number in _cameras_of(camera):
         pixel = frames[number].pixel_size_mm
         if pixel is not None:
             sizes[camera == number] = pixel
@@ -216,7 +225,7 @@ def _check_inside(
     frames: list[PhotoFrame],
 ) -> None:
     """Warn of pixel coordinates outside of the image."""
-    for number in np.unique(camera[camera >= 0]):
+    for number in _cameras_of(camera):
         frame = frames[number]
         wanted = group.image_coordinates or frame.image_coordinates
         if frame.size_px is None or not wanted.startswith("pixel"):
@@ -272,15 +281,16 @@ def _joined_rows(rows: ObservationRows, renumbered: IntArray) -> _Joined:
     feature = renumbered[old] if len(old) else old
     kept = feature >= 0
     number = _joined([np.full(len(g.image), i, dtype=np.int64) for i, g in enumerate(groups)])
-    location = np.concatenate([g.location for g in groups]) if groups else np.empty(0)
+    location = stacked([g.location[:, None] for g in groups], 1)[:, 0]
+    chosen = slice(None) if kept.all() else kept
     return _Joined(
-        image=rows.image[kept],
-        feature=feature[kept],
-        photo_xy=stacked([g.photo_xy for g in groups], 2)[kept],
-        sigma=stacked([g.sigma for g in groups], 2)[kept],
-        location=location[kept],
-        segment=_joined([g.segment for g in groups])[kept],
-        group=number[kept],
+        image=rows.image[chosen],
+        feature=feature[chosen],
+        photo_xy=stacked([g.photo_xy for g in groups], 2)[chosen],
+        sigma=stacked([g.sigma for g in groups], 2)[chosen],
+        location=location[chosen],
+        segment=_joined([g.segment for g in groups])[chosen],
+        group=number[chosen],
         group_names=tuple(g.name for g in groups),
-        excluded=rows.excluded[kept] if rows.excluded.any() else None,
+        excluded=rows.excluded[chosen] if rows.excluded.any() else None,
     )

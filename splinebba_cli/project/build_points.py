@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import get_args
 
 import numpy as np
 
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.project.build_context import Building
-from splinebba_cli.project.diagnostics import Place, suggestion
+from splinebba_cli.project.diagnostics import Place, Places, suggestion
 from splinebba_cli.project.model_features import Point, PointTable
 from splinebba_cli.project.scalars import PointRole
+from splinebba_cli.project.table import Table
 from splinebba_cli.project.table_reader import Wanted
-from splinebba_cli.project.tables import Table
 from splinebba_cli.project.yaml_source import YamlPath
 
 XYZ = ("x", "y", "z")
@@ -32,7 +33,7 @@ class PointRows:
     roles: list[PointRole] = field(default_factory=list)
     xyz: list[FloatArray] = field(default_factory=list)  # (3,) user frame
     sigma: list[FloatArray] = field(default_factory=list)  # (3,) as given
-    places: list[Place] = field(default_factory=list)
+    places: Places = field(default_factory=Places)
 
     def index(self) -> dict[str, int]:
         """Index of each id."""
@@ -42,21 +43,29 @@ class PointRows:
 def read_points(building: Building) -> PointRows:
     """All points of the project, without duplicates, checked one by one."""
     rows = PointRows()
-    seen: dict[str, Place] = {}
+    seen: dict[str, int] = {}
     for number, entry in enumerate(building.model.points):
         path = building.source.resolve(("points", number))
         if isinstance(entry, Point):
-            place = building.source.place((*path, "id"))
             xyz = np.array(entry.xyz if entry.xyz is not None else [math.nan] * 3)
             sigma = np.array(entry.sigma if entry.sigma is not None else [math.nan] * 3)
-            _add(entry.id, entry.role, xyz, sigma, place, rows, seen, building)
+            _add(
+                entry.id,
+                entry.role,
+                xyz,
+                sigma,
+                partial(building.source.place, (*path, "id")),
+                rows,
+                seen,
+                building,
+            )
         else:
             _add_table(entry, path, rows, seen, building)
     return rows
 
 
 def _add_table(
-    entry: PointTable, path: YamlPath, rows: PointRows, seen: dict[str, Place], building: Building
+    entry: PointTable, path: YamlPath, rows: PointRows, seen: dict[str, int], building: Building
 ) -> None:
     table = building.reader.read(entry, path, _TABLE, ("point", *XYZ))
     if table is None:
@@ -69,7 +78,8 @@ def _add_table(
     for row in taken:
         role = roles[row]
         if ids[row] and role is not None:
-            _add(ids[row], role, xyz[row], sigma[row], table.place_of(row, "point"), rows, seen, building)
+            find = partial(table.place_of, row, "point")
+            _add(ids[row], role, xyz[row], sigma[row], find, rows, seen, building)
 
 
 def _selected(entry: PointTable, path: YamlPath, ids: list[str], building: Building) -> list[int]:
@@ -141,48 +151,53 @@ def _add(
     role: PointRole,
     xyz: FloatArray,
     sigma: FloatArray,
-    place: Place,
+    find: Callable[[], Place],
     rows: PointRows,
-    seen: dict[str, Place],
+    seen: dict[str, int],
     building: Building,
 ) -> None:
     if id in seen:
-        building.duplicate("point", id, place, seen[id].line)
+        building.duplicate("point", id, find(), rows.places[seen[id]].line)
         return
-    seen[id] = place
-    _check(id, role, xyz, sigma, place, building)
+    seen[id] = len(rows.ids)
+    _check(id, role, xyz, sigma, find, building)
     rows.ids.append(id)
     rows.roles.append(role)
     rows.xyz.append(xyz)
     rows.sigma.append(sigma)
-    rows.places.append(place)
+    rows.places.append(find)
 
 
 def _check(
-    id: str, role: PointRole, xyz: FloatArray, sigma: FloatArray, place: Place, building: Building
+    id: str,
+    role: PointRole,
+    xyz: FloatArray,
+    sigma: FloatArray,
+    find: Callable[[], Place],
+    building: Building,
 ) -> None:
     error = building.collector.error
     lacking = ", ".join(name for name, value in zip(XYZ, xyz, strict=True) if np.isnan(value))
     if role == "control":
         if np.isnan(sigma).any():
             help = "sigma: a number in metres, or `fixed`"
-            error("SBB202", f"control point `{id}` has no σ", place, help, kind="control points without σ")
+            error("SBB202", f"control point `{id}` has no σ", find(), help, kind="control points without σ")
         needed = ~np.isposinf(sigma)
         if (needed & np.isnan(xyz)).any():
             help = "give x, y and z, or `free` as σ of a coordinate that is unknown"
             error(
                 "SBB308",
                 f"control point `{id}` has no {lacking}",
-                place,
+                find(),
                 help,
                 kind="control without coordinates",
             )
         elif np.isposinf(sigma).all():
-            error("SBB209", f"control point `{id}` is free in all coordinates", place, "write `role: tie`")
+            error("SBB209", f"control point `{id}` is free in all coordinates", find(), "write `role: tie`")
     elif role == "check" and lacking:
         error(
-            "SBB308", f"check point `{id}` has no {lacking}", place, kind="check points without coordinates"
+            "SBB308", f"check point `{id}` has no {lacking}", find(), kind="check points without coordinates"
         )
     elif role == "tie" and np.isfinite(sigma).any():
         help = "write `role: control` for a point with known coordinates"
-        error("SBB209", f"tie point `{id}` has a σ", place, help, kind="tie points with σ")
+        error("SBB209", f"tie point `{id}` has a σ", find(), help, kind="tie points with σ")

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
-from difflib import get_close_matches
-from typing import Literal
+from typing import Literal, overload
 
 from splinebba_cli.errors import ERROR_CODES, ProjectError
 
@@ -25,6 +24,29 @@ class Place:
     column: int | None = None
     length: int = 1
     snippet: str = ""  # the text of the line
+
+
+class Places(Sequence[Place]):
+    """Where many things stand, each found when it is asked for."""
+
+    def __init__(self) -> None:
+        self._find: list[Callable[[], Place]] = []
+
+    def append(self, find: Callable[[], Place]) -> None:
+        """Add a place by the function that finds it."""
+        self._find.append(find)
+
+    @overload
+    def __getitem__(self, number: int) -> Place: ...
+    @overload
+    def __getitem__(self, number: slice) -> list[Place]: ...
+    def __getitem__(self, number: int | slice) -> Place | list[Place]:
+        if isinstance(number, slice):
+            return [find() for find in self._find[number]]
+        return self._find[number]()
+
+    def __len__(self) -> int:
+        return len(self._find)
 
 
 @dataclass(frozen=True)
@@ -134,6 +156,8 @@ class Collector:
 
 def suggestion(word: str, known: Iterable[str]) -> str:
     """A help line ``did you mean `x`?`` where a known word is near, else empty."""
+    from difflib import get_close_matches
+
     near = get_close_matches(word, list(known), n=1, cutoff=0.6)
     return f"did you mean `{near[0]}`?" if near else ""
 

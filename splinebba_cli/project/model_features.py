@@ -117,7 +117,10 @@ class Spline(SplineOptions):
 
 
 class SplineTable(TableOrRows, SplineOptions):
-    """Many splines: columns spline, x, y, z [, sigma_x …], the rows of one spline in their order."""
+    """Many splines: columns spline, x, y, z [, sigma_x …] [, u] [, reference_x …], the rows of one spline in order.
+
+    `u` is the parameter of the knot, `reference_x` … its reference value; see `knot_parameters` and `reference_knots`.
+    """
 
 
 class Point(Model):

@@ -119,7 +119,7 @@ def _features_taking_part(
     kept_points = np.ones(len(points.ids), dtype=bool)
     if not to_place or on_points.groups:
         seen = images_per_feature(on_points, len(points.ids))
-        every = images_per_feature_of_all(on_points, len(points.ids))
+        every = images_per_feature_of_all(on_points, len(points.ids)) if on_points.excluded.any() else seen
         kept_points = check_features_seen(
             building, "point", points.ids, points.roles, points.places, seen, every
         )
@@ -127,7 +127,7 @@ def _features_taking_part(
     if not to_place or on_curves.groups:
         ids, roles = [c.id for c in curves.curves], [c.role for c in curves.curves]
         seen = images_per_feature(on_curves, len(ids))
-        every = images_per_feature_of_all(on_curves, len(ids))
+        every = images_per_feature_of_all(on_curves, len(ids)) if on_curves.excluded.any() else seen
         kept_curves = check_features_seen(building, "spline", ids, roles, curves.places, seen, every)
     return kept_points, kept_curves
 

@@ -21,6 +21,7 @@ from splinebba_cli.core.network import (
 from splinebba_cli.project.build_curves import shifted
 from splinebba_cli.project.build_images import ANGLE_FACTORS, SEQUENCES
 from splinebba_cli.project.model_images import EOP_KEYS
+from splinebba_cli.project.shortest_text import shortest_texts
 
 
 def csv_text(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -35,6 +36,15 @@ def csv_text(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def number(value: float) -> str:
     """All digits of a number; empty for NaN."""
     return "" if value != value else repr(float(value))
+
+
+def numbers(values: FloatArray) -> list[str]:
+    """All digits of numbers, (n,); empty for NaN."""
+    texts = shortest_texts(values)
+    missing = np.isnan(values)
+    return (
+        ["" if gone else text for text, gone in zip(texts, missing, strict=True)] if missing.any() else texts
+    )
 
 
 def sigma(value: float) -> str:
@@ -95,18 +105,46 @@ def curve_tables(curves: Sequence[Curve], origin: FloatArray) -> dict[str, str]:
     """Tables of knots, reference knots and check values, the curves under each other."""
     in_user_frame = [shifted(curve, origin) for curve in curves]
     out = {}
-    rows = []
-    for curve in in_user_frame:
-        for values, own in zip(curve.values, curve.sigma, strict=True):
-            sigmas = list(map(sigma, own)) if curve.role in ("control", "partial") else ["", "", ""]
-            rows.append([curve.id, *map(number, values), *sigmas])
-    if rows:
-        out["knots"] = csv_text(["spline", "x", "y", "z", "sigma_x", "sigma_y", "sigma_z"], rows)
+    if in_user_frame:
+        columns = ["spline", "x", "y", "z", "sigma_x", "sigma_y", "sigma_z"]
+        values = [curve.values for curve in in_user_frame]
+        out["knots"] = csv_text(columns, zip(*_rows(curves, values), *_sigmas(curves), strict=True))
     for name, key in (("reference_knots", "reference"), ("check_values", "check_values")):
-        found = [(c.id, v) for c in in_user_frame if getattr(c, key) is not None for v in getattr(c, key)]
+        found = [c for c in in_user_frame if getattr(c, key) is not None]
         if found:
-            out[name] = csv_text(["spline", "x", "y", "z"], ([id, *map(number, v)] for id, v in found))
+            rows = _rows(found, [getattr(c, key) for c in found])
+            out[name] = csv_text(["spline", "x", "y", "z"], zip(*rows, strict=True))
     return out
+
+
+def spline_table(curves: Sequence[Curve], origin: FloatArray) -> str:
+    """Table of whole splines: knots with σ, and their parameters and reference values if all have them."""
+    in_user_frame = [shifted(curve, origin) for curve in curves]
+    columns = ["spline", "x", "y", "z", "sigma_x", "sigma_y", "sigma_z"]
+    fields = [*_rows(curves, [curve.values for curve in in_user_frame]), *_sigmas(curves)]
+    parameters = [curve.knot_parameters for curve in curves if curve.knot_parameters is not None]
+    if parameters:
+        columns.append("u")
+        fields.append(numbers(np.concatenate(parameters)))
+    references = [curve.reference for curve in in_user_frame if curve.reference is not None]
+    if references:
+        columns += ["reference_x", "reference_y", "reference_z"]
+        fields += [numbers(column) for column in np.concatenate(references).T]
+    return csv_text(columns, zip(*fields, strict=True))
+
+
+def _rows(curves: Sequence[Curve], values: Sequence[FloatArray]) -> list[list[str]]:
+    """Ids and three numbers, one row a value."""
+    ids = [curve.id for curve, own in zip(curves, values, strict=True) for _ in range(len(own))]
+    return [ids, *(numbers(column) for column in np.concatenate(values).T)]
+
+
+def _sigmas(curves: Sequence[Curve]) -> list[list[str]]:
+    """σ of the values of control and partial curves, empty for others."""
+    own = [c.sigma if c.role in ("control", "partial") else np.full_like(c.sigma, np.nan) for c in curves]
+    every, number = np.unique(np.concatenate(own), return_inverse=True)
+    texts = [sigma(value) for value in every.tolist()]
+    return [[texts[k] for k in column] for column in number.reshape(-1, 3).T.tolist()]
 
 
 def observations_table(

@@ -21,8 +21,8 @@ from splinebba_cli.project.build_observations import POINT_COLUMNS, SPLINE_COLUM
 from splinebba_cli.project.diagnostics import Collector
 from splinebba_cli.project.loading import LoadedProject
 from splinebba_cli.project.network_tables import csv_text, number
+from splinebba_cli.project.table import Table
 from splinebba_cli.project.table_reader import TableReader, Wanted
-from splinebba_cli.project.tables import Table
 from splinebba_cli.project.yaml_source import read_yaml
 
 KINDS: dict[str, tuple[Wanted, str]] = {

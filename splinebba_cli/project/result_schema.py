@@ -116,7 +116,10 @@ SPLINE = object_of(
             {"max": NUMBER_OR_NULL, "mean": NUMBER_OR_NULL},
             about="Semi-axes of the lateral standard ellipse, m.",
         ),
-        "segments": {**array_of(SEGMENT), "description": "None of trigonometric families."},
+        "segments": {
+            **array_of(SEGMENT),
+            "description": "None of trigonometric families; none where they stand in `segments_table`.",
+        },
     },
     {
         "values": {
@@ -162,6 +165,10 @@ def result_schema() -> Schema:
         },
         {
             "acceptance": array_of(CRITERION),
+            "segments_table": {
+                **TEXT,
+                "description": "Table of the segments of all splines, where they are too many to stand here.",
+            },
             "precision": {"anyOf": [PRECISION, {"type": "null"}]},
             "revision": REVISION,
         },

@@ -50,7 +50,9 @@ _NUMBER_SCHEMA: dict[str, Any] = {"type": ["number", "string"], "pattern": NUMBE
 class Model(BaseModel):
     """Base of all sections: no unknown keys, no change after reading."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, validate_default=False)
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, allow_inf_nan=False, validate_default=False, defer_build=True
+    )
 
 
 def _text(value: Any) -> Any:

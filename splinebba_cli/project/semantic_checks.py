@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from splinebba_cli.core.curves.registry import basis_of
-from splinebba_cli.core.network import BoolArray, Curve, FloatArray, IntArray
+from splinebba_cli.core.network import BoolArray, Curve, IntArray
 from splinebba_cli.project.build_context import Building
 from splinebba_cli.project.build_curves import CurveRows, position_rows
 from splinebba_cli.project.build_images import ImageRows
 from splinebba_cli.project.build_observations import ObservationRows
 from splinebba_cli.project.build_points import PointRows
-from splinebba_cli.project.diagnostics import Place, suggestion
+from splinebba_cli.project.diagnostics import Place, Places, suggestion
 from splinebba_cli.project.yaml_source import YamlPath
 
 LARGEST_EXTENT_M = 1.0e6
@@ -31,10 +31,19 @@ def images_per_feature_of_all(rows: ObservationRows, count: int) -> IntArray:
 
 
 def _images_per_feature(rows: ObservationRows, count: int, chosen: BoolArray) -> IntArray:
+    feature, _ = _seen_pairs(rows, chosen)
+    return np.bincount(feature, minlength=count)[:count].astype(np.int64)
+
+
+def _seen_pairs(rows: ObservationRows, chosen: BoolArray) -> tuple[IntArray, IntArray]:
+    """Features and images that see them, each pair once."""
     image, feature = rows.image, rows.feature
     valid = (image >= 0) & (feature >= 0) & chosen
-    pairs = np.unique(np.column_stack([feature[valid], image[valid]]), axis=0)
-    return np.bincount(pairs[:, 0], minlength=count)[:count].astype(np.int64)
+    size = int(image.max(initial=0)) + 1
+    pair = feature * size + image if valid.all() else feature[valid] * size + image[valid]
+    runs = pair[np.concatenate([[True], pair[1:] != pair[:-1]])] if len(pair) else pair
+    pairs = np.unique(runs)
+    return pairs // size, pairs % size
 
 
 def check_images_seen(building: Building, images: ImageRows, kinds: Sequence[ObservationRows]) -> None:
@@ -43,7 +52,7 @@ def check_images_seen(building: Building, images: ImageRows, kinds: Sequence[Obs
     for rows in kinds:
         image = rows.image
         seen[image[(image >= 0) & ~rows.excluded]] = True
-    for number in np.flatnonzero(~seen):
+    for number in np.flatnonzero(~seen).tolist():
         name, place = images.ids[number], images.places[number]
         if np.isfinite(images.sigma[number]).all():
             help = "it has no influence on the result"
@@ -99,15 +108,13 @@ def check_resection(
     """An image without an approximate orientation wants control points."""
     control = np.array([role == "control" for role in points.roles], dtype=bool)
     control &= np.isfinite(np.array(points.xyz).reshape(-1, 3)).all(axis=1)
-    image, point = observed.image, observed.feature
-    valid = (image >= 0) & (point >= 0) & ~observed.excluded
-    pairs = np.unique(np.column_stack([image[valid], point[valid]]), axis=0)
-    count = np.bincount(pairs[control[pairs[:, 1]], 0], minlength=len(images.ids))
-    for number, name in enumerate(images.ids):
-        orientation = np.where(
-            np.isnan(images.orientation[number]), images.prior[number], images.orientation[number]
-        )
-        if np.isnan(orientation).any() and count[number] < RESECTION_POINTS:
+    orientation, prior = (np.array(v).reshape(-1, 6) for v in (images.orientation, images.prior))
+    unknown = np.isnan(np.where(np.isnan(orientation), prior, orientation)).any(axis=1)
+    point, image = _seen_pairs(observed, ~observed.excluded)
+    count = np.bincount(image[control[point]], minlength=len(images.ids))
+    for number in np.flatnonzero(unknown).tolist():
+        name = images.ids[number]
+        if count[number] < RESECTION_POINTS:
             message = f"image `{name}` has no approximate orientation and {count[number]} control points"
             help = f"give `orientation`, or measure at least {RESECTION_POINTS} control points (better 4)"
             building.collector.warning(
@@ -155,25 +162,36 @@ def segment_count(curve: Curve) -> int:
 
 def check_extent(building: Building, images: ImageRows, points: PointRows, curves: CurveRows) -> None:
     """Nothing lies a thousand kilometres from the middle of the project."""
-    positions: list[tuple[str, Place, FloatArray]] = []
-    for kind, ids, places, values in (
-        ("image", images.ids, images.places, [o[:3] for o in images.orientation]),
-        ("point", points.ids, points.places, points.xyz),
-    ):
-        positions += [(f"{kind} `{i}`", p, v[None]) for i, p, v in zip(ids, places, values, strict=True)]
-    for curve, where in zip(curves.curves, curves.places, strict=True):
-        positions.append((f"spline `{curve.id}`", where, curve.values[position_rows(curve)]))
-    finite = [values[np.isfinite(values).all(axis=1)] for _, _, values in positions]
-    everything = np.concatenate(finite) if finite else np.empty((0, 3))
-    if not len(everything):
+    kinds: list[tuple[str, Sequence[str], Places]] = [
+        ("image", images.ids, images.places),
+        ("point", points.ids, points.places),
+        ("spline", [curve.id for curve in curves.curves], curves.places),
+    ]
+    positions = [o[:3] for o in images.orientation] + points.xyz
+    shapes = [curve.values[position_rows(curve)] for curve in curves.curves]
+    rows = np.concatenate([np.array(positions).reshape(-1, 3), *shapes])
+    counts = np.array([1] * len(positions) + [len(shape) for shape in shapes], dtype=np.int64)
+    owner = np.repeat(np.arange(len(counts)), counts)
+    finite = np.isfinite(rows).all(axis=1)
+    if not finite.any():
         return
-    middle = np.median(everything, axis=0)
-    for (name, place, _), rows in zip(positions, finite, strict=True):
-        distance = float(np.abs(rows - middle).max(initial=0.0))
-        if distance > LARGEST_EXTENT_M:
-            message = f"{name} lies {distance / 1000:,.0f} km from the middle of the project"
-            help = "swapped columns, or another coordinate system?"
-            building.collector.error("SBB306", message, place, help, kind="coordinates far apart")
+    middle = np.median(rows[finite], axis=0)
+    distance = np.zeros(len(counts))
+    np.maximum.at(distance, owner[finite], np.abs(rows[finite] - middle).max(axis=1))
+    for number in np.flatnonzero(distance > LARGEST_EXTENT_M).tolist():
+        name, place = _feature_of(kinds, number)
+        message = f"{name} lies {distance[number] / 1000:,.0f} km from the middle of the project"
+        help = "swapped columns, or another coordinate system?"
+        building.collector.error("SBB306", message, place, help, kind="coordinates far apart")
+
+
+def _feature_of(kinds: list[tuple[str, Sequence[str], Places]], number: int) -> tuple[str, Place]:
+    """Name and place of a feature by its number in the lists of all kinds, one after another."""
+    for kind, ids, places in kinds:
+        if number < len(ids):
+            return f"{kind} `{ids[number]}`", places[number]
+        number -= len(ids)
+    raise IndexError(number)
 
 
 def check_datum_features(

@@ -12,15 +12,23 @@ import numpy as np
 from splinebba_cli.core.network import IntArray
 from splinebba_cli.project.diagnostics import Collector, Place, listing, suggestion
 from splinebba_cli.project.model_tables import TableOptions, TableOrRows
+from splinebba_cli.project.regular_table import Shape, first_line, regular_columns
 from splinebba_cli.project.scalars import is_parquet
+from splinebba_cli.project.table import Table
 from splinebba_cli.project.tables import (
-    Table,
     TableUnreadableError,
+    cells_of,
+    separator_of,
+    table_from_columns,
     table_from_parquet,
     table_from_rows,
     table_from_text,
 )
 from splinebba_cli.project.yaml_source import YamlPath, YamlSource
+
+TEXTS = frozenset(
+    {"image", "spline", "point", "camera", "rotation_sequence", "role", "mark", "from", "to", "at", "use"}
+)  # columns that hold no numbers
 
 
 @dataclass(frozen=True)
@@ -45,7 +53,7 @@ class TableReader:
     folder: Path
     collector: Collector
     hashes: dict[str, str] = field(default_factory=dict)
-    _texts: dict[str, str | None] = field(default_factory=dict)
+    _contents: dict[str, bytes | None] = field(default_factory=dict)
     _tables: dict[str, Table | None] = field(default_factory=dict)
     _groups: dict[int, dict[str, IntArray]] = field(default_factory=dict)
 
@@ -74,10 +82,13 @@ class TableReader:
     def rows_by(self, table: Table, column: str) -> dict[str, IntArray]:
         """Rows of each identifier in a column, in the order of its first occurrence."""
         if id(table) not in self._groups:
-            rows: dict[str, list[int]] = {}
-            for row, name in enumerate(table.texts(column)):
-                rows.setdefault(name, []).append(row)
-            self._groups[id(table)] = {name: np.array(found, dtype=np.int64) for name, found in rows.items()}
+            labels = table.labels(column)
+            order = np.argsort(labels.number, kind="stable")
+            counts = np.bincount(labels.number, minlength=len(labels.names))
+            parts = np.split(order, np.cumsum(counts)[:-1])
+            found = [(name, part) for name, part in zip(labels.names, parts, strict=True) if len(part)]
+            found.sort(key=lambda item: int(item[1][0]))
+            self._groups[id(table)] = dict(found)
         return self._groups[id(table)]
 
     def _read(
@@ -110,14 +121,53 @@ class TableReader:
                 self.collector.error("SBB402", "a list of columns for a Parquet table", at, help)
                 raise TableUnreadableError
             return table_from_parquet(file, file=str(file), collector=self.collector, declared_at=at)
-        text = self._text(name, at)
+        regular = self._regular(spec, name, columns, at, wanted)
+        if regular is not None:
+            return regular
         return table_from_text(
-            text,
+            self._text(name, at),
             file=str(file),
             collector=self.collector,
             columns=columns,
             header=spec.header,
             delimiter=spec.delimiter,
+            declared_at=at,
+        )
+
+    def _regular(
+        self, spec: TableOptions, name: str, columns: Sequence[str] | None, at: Place, wanted: Wanted
+    ) -> Table | None:
+        """A large table by compiled readers; None where it is to be read by rows."""
+        content = self._bytes(name, at)
+        first = first_line(content)
+        separator = separator_of(first, spec.delimiter)
+        if separator is None:
+            return None
+        names = columns if columns is not None else [cell.strip() for cell in cells_of(first, separator)]
+        ours = {name: wanted.synonyms.get(name, name) for name in names}
+        if isinstance(spec.columns, dict):
+            ours = {theirs: wanted.synonyms.get(our, our) for our, theirs in spec.columns.items()}
+        known = {name: our for name, our in ours.items() if our in wanted.known}
+        if len(set(names)) < len(names) or not known:
+            return None
+        shape = Shape(
+            names,
+            frozenset(name for name, our in known.items() if our in TEXTS),
+            frozenset(name for name, our in known.items() if our not in TEXTS),
+            separator,
+            columns is None if spec.header is None else spec.header,
+        )
+        found = regular_columns(self.folder / name, content, shape)
+        if found is None:
+            return None
+        return table_from_columns(
+            found,
+            names,
+            content,
+            file=str(self.folder / name),
+            collector=self.collector,
+            header=shape.header,
+            separator=separator,
             declared_at=at,
         )
 
@@ -250,28 +300,26 @@ class TableReader:
         self.hashes[name] = hashlib.sha256(content).hexdigest()
         return content
 
-    def _text(self, name: str, at: Place) -> str:
-        if name not in self._texts:
-            try:
-                content = self._content(name, at)
-            except TableUnreadableError:
-                self._texts[name] = None
-                raise
-            try:
-                self._texts[name] = content.decode("utf-8-sig")
-            except UnicodeDecodeError as error:
-                line = content[: error.start].count(b"\n") + 1
-                self.collector.error(
-                    "SBB103",
-                    f"`{name}` is not UTF-8",
-                    Place(str(self.folder / name), line),
-                    "save it as UTF-8",
-                )
-                self._texts[name] = None
-        text = self._texts[name]
-        if text is None:
+    def _bytes(self, name: str, at: Place) -> bytes:
+        """The content of a file without a byte order mark, read once."""
+        if name not in self._contents:
+            self._contents[name] = None
+            self._contents[name] = self._content(name, at).removeprefix(b"\xef\xbb\xbf")
+        content = self._contents[name]
+        if content is None:
             raise TableUnreadableError
-        return text
+        return content
+
+    def _text(self, name: str, at: Place) -> str:
+        content = self._bytes(name, at)
+        try:
+            return content.decode()
+        except UnicodeDecodeError as error:
+            line = content[: error.start].count(b"\n") + 1
+            place = Place(str(self.folder / name), line)
+            self.collector.error("SBB103", f"`{name}` is not UTF-8", place, "save it as UTF-8")
+            self._contents[name] = None
+            raise TableUnreadableError from None
 
 
 def _names_in(folder: Path) -> list[str]:

@@ -1,155 +1,23 @@
-"""Tables: side files (CSV, Parquet) and rows in the project file, read by columns.
-
-Numbers are checked as whole columns; only where that fails, single rows are looked at, and the first bad ones
-are reported with file, line and column.  Identifiers stay texts.
-"""
+"""Tables: side files (CSV, Parquet) and rows in the project file, read by columns."""
 
 from __future__ import annotations
 
 import csv
 import io
-import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
-import numpy as np
-
-from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.project.diagnostics import SHOWN_PER_KIND, Collector, Place
-from splinebba_cli.project.scalars import parse_number, parse_sigma
+from splinebba_cli.project.regular_table import Columns, LinesOfBytes, arrow_labels
+from splinebba_cli.project.table import Table
 
 _SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t"}
-_BLANKS = {"", "-", "na", "NA"}
-_YES, _NO = {"yes", "true", "1", "", "-"}, {"no", "false", "0"}
 
 
 class TableUnreadableError(Exception):
     """The table cannot be used at all; the collector holds the reason."""
-
-
-@dataclass
-class Table:
-    """Columns of texts (CSV, inline) or arrays (Parquet), and where every row stands."""
-
-    file: str
-    columns: Mapping[str, Sequence[Any]]
-    rows: int
-    place_of: Callable[[int, str], Place]  # row, column -> place
-    collector: Collector
-    head: Place
-    _read: dict[tuple[str, str], FloatArray] = field(default_factory=dict)  # read (and reported) once
-
-    def has(self, name: str) -> bool:
-        """Whether the table has a column."""
-        return name in self.columns
-
-    def texts(self, name: str) -> list[str]:
-        """A column of identifiers; an empty one is an error."""
-        values = [str(value).strip() for value in self.columns[name]]
-        if "" in values:
-            bad = [row for row, value in enumerate(values) if not value]
-            self._report(bad, name, lambda row: f"no `{name}`")
-        return values
-
-    def numbers(self, name: str, *, optional: bool = False) -> FloatArray:
-        """A column of finite numbers, (n,); where `optional`, an empty field (or ``-``) is NaN."""
-        return self._once("optional" if optional else "number", name)
-
-    def sigmas(self, name: str) -> FloatArray:
-        """A column of standard deviations (number, fixed, free), (n,); an empty field is NaN."""
-        return self._once("sigma", name)
-
-    def _once(self, kind: str, name: str) -> FloatArray:
-        if (kind, name) not in self._read:
-            read = self._sigmas(name) if kind == "sigma" else self._numbers(name, kind == "optional")
-            self._read[kind, name] = read
-        return self._read[kind, name]
-
-    def _numbers(self, name: str, optional: bool) -> FloatArray:
-        raw = self.columns[name]
-        if isinstance(raw, np.ndarray):
-            values = raw.astype(np.float64)
-            bad = np.flatnonzero(~np.isfinite(values) & ~(np.isnan(values) & optional))
-            self._report(bad, name, lambda row: f"`{name}` is not a finite number")
-            return values
-        try:
-            values = np.array(list(map(float, raw)), dtype=np.float64)
-            if np.isfinite(values).all() and not any(map("_".__eq__, set("".join(raw)))):
-                return values
-        except (ValueError, TypeError):
-            pass
-        return self._one_by_one(name, parse_number, blank=math.nan if optional else None)
-
-    def _sigmas(self, name: str) -> FloatArray:
-        raw = self.columns[name]
-        if isinstance(raw, np.ndarray):
-            values = raw.astype(np.float64)
-            self._report(np.flatnonzero(values < 0.0), name, lambda row: f"`{name}` is negative", "SBB309")
-            return values
-        try:
-            values = np.array(list(map(float, raw)), dtype=np.float64)
-            if np.isfinite(values).all() and (values > 0.0).all():
-                return values
-        except (ValueError, TypeError):
-            pass
-        return self._one_by_one(name, parse_sigma, blank=math.nan)
-
-    def integers(self, name: str) -> IntArray:
-        """A column of whole numbers >= 0, (n,); an empty field is -1."""
-        values = self.numbers(name, optional=True)
-        missing = np.isnan(values)
-        whole = np.where(missing, -1.0, values)
-        bad = np.flatnonzero(~missing & ((whole != np.rint(whole)) | (whole < 0)))
-        self._report(bad, name, lambda row: f"`{name}` is not a whole number >= 0")
-        return np.asarray(np.where(np.abs(whole) < 2**53, whole, -1.0).astype(np.int64))
-
-    def excluded(self) -> BoolArray:
-        """Rows whose column `use` says no, (n,); without the column all are used, an empty field is yes."""
-        out = np.zeros(self.rows, dtype=bool)
-        if not self.has("use"):
-            return out
-        words = [str(value).strip().lower() for value in self.columns["use"]]
-        bad = [row for row, word in enumerate(words) if word not in _YES and word not in _NO]
-        self._report(bad, "use", lambda row: f"`use` is yes or no, not `{words[row]}`")
-        out[:] = [word in _NO for word in words]
-        return out
-
-    def _one_by_one(self, name: str, parse: Callable[[Any], float], blank: float | None) -> FloatArray:
-        values = np.full(self.rows, np.nan)
-        bad: dict[int, str] = {}
-        for row, text in enumerate(self.columns[name]):
-            text = str(text).strip()
-            if blank is not None and text in _BLANKS:
-                values[row] = blank
-                continue
-            try:
-                values[row] = parse(text)
-            except ValueError as error:
-                values[row] = 1.0  # anything: an error is reported
-                bad[row] = f"no `{name}`" if not text else f"`{name}`: {error}"
-        sigma = parse is parse_sigma
-        for row in list(bad)[:SHOWN_PER_KIND]:
-            code = "SBB309" if sigma and "positive;" in bad[row] else "SBB403"
-            self._report([row], name, bad.__getitem__, code)
-        self._count_more(name, len(bad) - SHOWN_PER_KIND)
-        return values
-
-    def _report(
-        self, rows: Sequence[int] | IntArray, name: str, message: Callable[[int], str], code: str = "SBB403"
-    ) -> None:
-        for row in rows[:SHOWN_PER_KIND]:
-            place = self.place_of(int(row), name)
-            where = "" if place.line is not None else f" (row {int(row) + 1})"
-            self.collector.error(
-                code, message(int(row)) + where, place, kind=f"bad values in column `{name}`"
-            )
-        self._count_more(name, len(rows) - SHOWN_PER_KIND, code)
-
-    def _count_more(self, name: str, more: int, code: str = "SBB403") -> None:
-        if more > 0:
-            self.collector.count_more(code, self.file, f"bad values in column `{name}`", more)
 
 
 def table_from_text(
@@ -187,7 +55,7 @@ def table_from_text(
     if not content:
         collector.error("SBB405", "the table has no rows", head)
         raise TableUnreadableError
-    separator = _separator(content[0], delimiter)
+    separator = separator_of(content[0], delimiter)
     has_header = columns is None if header is None else header
     body = content[1:] if has_header else content
     where = _Positions(
@@ -197,7 +65,9 @@ def table_from_text(
         source_lines if source_lines is not None else lines,
         separator,
     )
-    names = list(columns) if columns is not None else [cell.strip() for cell in _cells(content[0], separator)]
+    names = (
+        list(columns) if columns is not None else [cell.strip() for cell in cells_of(content[0], separator)]
+    )
     _check_names(names, Place(file, numbers[0] + first_line + 1, 1, len(content[0]), content[0]), collector)
     if not body:
         collector.error("SBB405", "the table has a header but no rows", head)
@@ -210,6 +80,29 @@ def table_from_text(
         return where.of(row, names.index(name) if name in names else 0)
 
     return Table(file, by_column, len(body), place_of, collector, head)
+
+
+def table_from_columns(
+    columns: Columns,
+    names: Sequence[str],
+    content: bytes,
+    *,
+    file: str,
+    collector: Collector,
+    header: bool,
+    separator: str,
+    declared_at: Place,
+) -> Table:
+    """A table whose columns were read as a whole; `names` are those of all columns in their order."""
+    rows = len(next(iter(columns.values())))
+    where = _Positions(file, range(int(header), int(header) + rows), 0, LinesOfBytes(content), separator)
+    everything: dict[str, Sequence[Any]] = {name: () for name in names if name != "-"}
+
+    def place_of(row: int, name: str) -> Place:
+        return where.of(row, names.index(name) if name in names else 0)
+
+    everything.update({name: cast(Any, column) for name, column in columns.items()})
+    return Table(file, everything, rows, place_of, collector, declared_at)
 
 
 @dataclass(frozen=True)
@@ -238,14 +131,14 @@ def _content_lines(text: str, lines: list[str]) -> tuple[list[str], Sequence[int
     return [lines[i] for i in numbers], numbers
 
 
-def _separator(line: str, delimiter: str) -> str | None:
+def separator_of(line: str, delimiter: str) -> str | None:
     """The character between fields, None for blanks."""
     if delimiter == "auto":
         return next((s for s in "\t;," if s in line), None)
     return _SEPARATORS.get(delimiter)
 
 
-def _cells(line: str, separator: str | None) -> list[str]:
+def cells_of(line: str, separator: str | None) -> list[str]:
     """Fields of one line; an unclosed quotation makes it one field."""
     if separator is None:
         return line.split()
@@ -260,7 +153,7 @@ def _columns(lines: list[str], separator: str | None, width: int) -> list[Sequen
     if separator is not None and not any('"' in line for line in lines):
         fields = separator.join(lines).split(separator)
     else:
-        fields = [cell for line in lines for cell in _cells(line, separator)]
+        fields = [cell for line in lines for cell in cells_of(line, separator)]
     return [fields[number::width] for number in range(width)]
 
 
@@ -297,7 +190,7 @@ def _check_widths(
     """Every row has as many fields as there are columns."""
     separator = where.separator
     if separator is None or any('"' in line for line in lines):
-        counts = [len(_cells(line, separator)) for line in lines]
+        counts = [len(cells_of(line, separator)) for line in lines]
     else:
         counts = [line.count(separator) + 1 for line in lines]
     bad = [row for row, count in enumerate(counts) if count != width]
@@ -360,10 +253,9 @@ def table_from_parquet(path: Path, *, file: str, collector: Collector, declared_
         kind = str(column.type)
         if kind.startswith(("double", "float", "halffloat")):
             columns[name] = column.to_numpy()
-        elif kind.startswith(("int", "uint")) and column.null_count == 0:
-            columns[name] = [str(value) for value in column.to_pylist()]
         else:
-            columns[name] = ["" if value is None else str(value) for value in column.to_pylist()]
+            encoded = column if kind.startswith("dictionary") else column.dictionary_encode()
+            columns[name] = arrow_labels(encoded)
     if content.num_rows == 0:
         collector.error("SBB405", "the table has no rows", declared_at)
         raise TableUnreadableError

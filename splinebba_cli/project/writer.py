@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from splinebba_cli.core.network import (
     Camera,
     Curve,
     CurveObservations,
+    FloatArray,
     Network,
     PointObservations,
 )
@@ -27,11 +28,14 @@ from splinebba_cli.project.network_tables import (
     marks_of,
     observations_table,
     points_table,
+    spline_table,
     tangents_table,
 )
 from splinebba_cli.project.scalars import sigma_as_written
 from splinebba_cli.project.settings_writer import adjustment_section
 from splinebba_cli.project.yaml_writing import project_yaml
+
+MANY = 50  # splines alike share a table from this number on
 
 
 def write_project(
@@ -120,9 +124,7 @@ def project_files(
         "images": {"table": "images.csv"},
     }
     if network.curves:
-        tables = curve_tables(network.curves, network.origin)
-        files |= {f"{key}.csv": text for key, text in tables.items()}
-        data["splines"] = [spline_entry(curve) for curve in network.curves]
+        data["splines"] = spline_entries(network.curves, network.origin, "", files)
     if network.points.ids:
         files["points.csv"] = points_table(network)
         data["points"] = {"table": "points.csv"}
@@ -172,6 +174,54 @@ def spline_entry(curve: Curve, prefix: str = "") -> dict[str, Any]:
     if curve.check_sigma:
         out["check_sigma_m"] = float(curve.check_sigma)
     return out
+
+
+def spline_entries(
+    curves: Sequence[Curve], origin: FloatArray, prefix: str, files: dict[str, str]
+) -> list[dict[str, Any]]:
+    """Entries of splines; those of which there are many alike share a table, the others stand one by one.
+
+    Parameters
+    ----------
+    curves : sequence of Curve
+    origin : (3,) metres, of their coordinates
+    prefix : str
+        Of the names of tables.
+    files : dict
+        Gets the texts of the tables.
+    """
+    groups: dict[str, list[Curve]] = {}
+    for curve in curves:
+        groups.setdefault(_kind(curve), []).append(curve)
+    alike = [kind for kind, members in groups.items() if kind and len(members) >= MANY]
+    apart = [curve for kind, members in groups.items() if kind not in alike for curve in members]
+    place = {curve.id: number for number, curve in enumerate(curves)}
+    apart.sort(key=lambda curve: place[curve.id])
+    files |= {f"{prefix}{key}.csv": text for key, text in curve_tables(apart, origin).items()}
+    entries = [spline_entry(curve, prefix) for curve in apart]
+    for number, kind in enumerate(alike):
+        file = f"{prefix}splines_{number + 1}.csv"
+        files[file] = spline_table(groups[kind], origin)
+        entries.append({**_shared(groups[kind][0]), "table": file})
+    return entries
+
+
+def _shared(curve: Curve) -> dict[str, Any]:
+    """What the splines of one table have in common."""
+    return {k: v for k, v in _spline_head(curve).items() if k not in ("id", "knot_parameters")}
+
+
+def _kind(curve: Curve) -> str:
+    """The same for splines that may share a table; empty where one must stand alone."""
+    parameters, reference = curve.knot_parameters, curve.reference
+    alone = (
+        bool(curve.breaks)
+        or curve.check_values is not None
+        or bool(curve.check_sigma)
+        or (parameters is not None and len(parameters) != len(curve.values))
+        or (reference is not None and reference.shape != curve.values.shape)
+    )
+    return "" if alone else repr((_shared(curve), parameters is None, reference is None))
 
 
 def inline_spline_entry(curve: Curve) -> dict[str, Any]:

@@ -36,19 +36,17 @@ def write_report(result_dir: Path, format: ReportFormat, out: Path | None = None
     OutputError
         SBB602 if it is no result folder, SBB601 if the file cannot be written.
     """
-    return write_reports(result_dir, [format], out)[0]
-
-
-def write_reports(result_dir: Path, formats: Sequence[ReportFormat], out: Path | None = None) -> list[Path]:
-    """Like :func:`write_report` for several formats; the data are read once."""
+    path = out if out is not None else result_dir / _FILES[format]
     data = ResultData.load(result_dir)
+    write_file_atomically(path, _rendered(build_report(data), data, format))
+    return path
+
+
+def write_reports(folder: Path, data: ResultData, formats: Sequence[ReportFormat]) -> None:
+    """Reports of a result folder in several formats, of data that are at hand."""
     report = build_report(data)
-    written = []
     for name in formats:
-        path = out if out is not None else result_dir / _FILES[name]
-        write_file_atomically(path, _rendered(report, data, name))
-        written.append(path)
-    return written
+        write_file_atomically(folder / _FILES[name], _rendered(report, data, name))
 
 
 def _rendered(report: Report, data: ResultData, format: ReportFormat) -> str:

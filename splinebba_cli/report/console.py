@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from splinebba_cli.output.result_json import result_to_dict
@@ -66,9 +67,11 @@ class ConsoleSummary:
         yield self._facts()
         yield Text()
         if self._data["images"]:
-            yield from rich_table(orientation_table(self._data), options.max_width)
+            sigma = [max(image["sigma"][axis] or 0.0 for axis in "xyz") for image in self._data["images"]]
+            yield from rich_table(worst_first(orientation_table(self._data), sigma), options.max_width)
         if self._data["splines"]:
-            yield from rich_table(splines_table(self._data), options.max_width)
+            sigma = [spline["sigma_across"]["max"] or 0.0 for spline in self._data["splines"]]
+            yield from rich_table(worst_first(splines_table(self._data), sigma), options.max_width)
 
     def _problems(self) -> Iterator[RenderableType]:
         from rich.text import Text
@@ -105,6 +108,19 @@ def _plain(text: str) -> RenderableType:
     from rich.text import Text
 
     return Text(text)
+
+
+def worst_first(table: Table, sigma: Sequence[float]) -> Table:
+    """A table of more rows than are shown begins with the largest σ."""
+    if len(table.rows) <= _ROWS:
+        return table
+    order = sorted(range(len(table.rows)), key=lambda row: -sigma[row])
+    return replace(
+        table,
+        caption=f"{table.caption}: the largest σ",
+        rows=tuple(table.rows[row] for row in order),
+        marked=frozenset(place for place, row in enumerate(order) if row in table.marked),
+    )
 
 
 def rich_table(table: Table, width: int) -> Iterator[RenderableType]:

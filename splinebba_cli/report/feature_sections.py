@@ -36,7 +36,11 @@ def splines_section(data: ResultData) -> Section:
             Note(f"Figures of the first {SPLINE_FIGURES} splines; {len(splines)} are in the tables.")
         )
     blocks += shape_tables(splines)
-    blocks += [_knots_table(splines), _coefficients_table(splines)]
+    blocks.append(_knots_table(splines))
+    if "segments_table" in data.content:
+        blocks.append(Note(f"The coefficients of the segments stand in {data['segments_table']}.csv."))
+    else:
+        blocks.append(_coefficients_table(splines))
     return Section("splines", "Splines", tuple(blocks))
 
 

@@ -203,8 +203,11 @@ def priors_section(data: ResultData) -> Section:
 def _prior_rows(data: ResultData, unit: str) -> Table | None:
     table = data.priors
     residual, sigma, redundancy = (table.numbers(name) for name in ("residual", "sigma", "redundancy"))
+    kind, subject, component = table["kind"], table["subject"], table["component"]
     chosen = [
-        i for i in range(table.rows) if table["unit"][i] == unit and table["kind"][i] not in _CONDITIONS
+        i
+        for i, (its_kind, its_unit) in enumerate(zip(kind, table["unit"], strict=True))
+        if its_unit == unit and its_kind not in _CONDITIONS
     ]
     if not chosen:
         return None
@@ -221,7 +224,7 @@ def _prior_rows(data: ResultData, unit: str) -> Table | None:
     rows: list[tuple[Cell, ...]] = []
     for i in chosen:
         ratio = float(residual[i] / sigma[i]) if sigma[i] > 0 else None
-        head = (table["kind"][i], table["subject"][i], table["component"][i])
+        head = (kind[i], subject[i], component[i])
         rows.append(
             (*head, scale.of(float(residual[i])), scale.of(float(sigma[i])), ratio, float(redundancy[i]))
         )

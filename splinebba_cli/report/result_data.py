@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -10,8 +11,11 @@ from typing import Any
 import numpy as np
 
 from splinebba_cli.core.network import FloatArray
-from splinebba_cli.output.columns import ReadTable, read_table
+from splinebba_cli.output.read_table import ReadTable, as_read, read_table
+from splinebba_cli.output.result_folder import Written
 from splinebba_cli.output.result_json import load_result_json
+
+Tables = Callable[[str, tuple[str, ...] | None], ReadTable]
 
 _RESIDUAL_COLUMNS = (
     "kind",
@@ -39,23 +43,34 @@ class SplineSamples:
 
 
 class ResultData:
-    """The data of a result folder; without a folder (console summary) the tables are empty.
+    """The data of a result folder; without tables (console summary) they are empty.
 
     Parameters
     ----------
     content : dict
         Content of result.json.
-    folder : Path, optional
+    tables : callable, optional
+        Gives the table of a name, some of its columns or (None) all.
     """
 
-    def __init__(self, content: dict[str, Any], folder: Path | None = None) -> None:
+    def __init__(self, content: dict[str, Any], tables: Tables | None = None) -> None:
         self.content = content
-        self._folder = folder
+        self._tables = tables
 
     @classmethod
     def load(cls, folder: Path) -> ResultData:
         """Read a result folder; OutputError SBB602 if it is none."""
-        return cls(load_result_json(folder), folder)
+        return cls(load_result_json(folder), lambda name, columns: read_table(folder, name, columns))
+
+    @classmethod
+    def of(cls, written: Written) -> ResultData:
+        """What was just written, as it would be read back."""
+        tables = {table.name: table for table in written.tables}
+
+        def table_of(name: str, columns: tuple[str, ...] | None) -> ReadTable:
+            return as_read(tables[name], columns) if name in tables else ReadTable({})
+
+        return cls(written.content, table_of)
 
     def __getitem__(self, key: str) -> Any:
         return self.content[key]
@@ -92,4 +107,4 @@ class ResultData:
         return self._read("error_ellipses", ("kind", "id", "semi_major_m", "semi_minor_m", "azimuth_deg"))
 
     def _read(self, name: str, columns: tuple[str, ...] | None = None) -> ReadTable:
-        return ReadTable({}) if self._folder is None else read_table(self._folder, name, columns)
+        return ReadTable({}) if self._tables is None else self._tables(name, columns)

@@ -125,11 +125,15 @@ def _wrapped(text: str) -> list[str]:
 
 def _one_line(text: str) -> str:
     """An id of the user with control characters made visible."""
+    if text.isprintable():
+        return text
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
 
 
 def _width(text: str) -> int:
     """Columns that a text takes on a screen."""
+    if text.isascii():
+        return len(text)
     return sum(
         0 if unicodedata.combining(c) else 2 if unicodedata.east_asian_width(c) in "WF" else 1 for c in text
     )

@@ -41,6 +41,7 @@ from splinebba_cli.core.result import (
 )
 from splinebba_cli.output.result_folder import write_result_folder
 from splinebba_cli.report.build import write_reports
+from splinebba_cli.report.result_data import ResultData
 
 ORIGIN = np.array([572_000.0, 5_378_000.0, 100.0])
 HEIGHT = 750.0
@@ -72,7 +73,9 @@ def write_results(
         result,
         loaded=loaded or Loaded(),
         adjusted_files=adjusted_files or {},
-        reports=lambda new: write_reports(new, ["text", "html"] if html else ["text"]),
+        reports=lambda new, written: write_reports(
+            new, ResultData.of(written), ["text", "html"] if html else ["text"]
+        ),
         **options,
     )
 

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from splinebba_cli.output.columns import Column, Table, read_table, write_table
+from splinebba_cli.output.columns import Column, Table, write_table
+from splinebba_cli.output.read_table import read_table
 from splinebba_cli.output.tables import all_tables
 from tests.output.factory import make_result
 

@@ -147,6 +147,21 @@ def test_console_summary_is_compact(monkeypatch: pytest.MonkeyPatch) -> None:
     assert text.count("\n") < 60
 
 
+def test_console_shows_the_worst_of_many() -> None:
+    output = io.StringIO()
+    result = make_result(images=36, splines=20)
+    dispersion = result.images.dispersion.copy()
+    dispersion[29, 3:, 3:] = np.eye(3) * 49.0
+    result = replace(result, images=replace(result.images, dispersion=dispersion))
+    Console(file=output, width=160, color_system=None).print(console_summary(result))
+    lines = output.getvalue().splitlines()
+    head = next(
+        number for number, line in enumerate(lines) if "orientation" in line and "the largest σ" in line
+    )
+    rule = next(number for number in range(head, len(lines)) if "───" in lines[number])
+    assert lines[rule + 1].split()[0] == result.network.images.ids[29]
+
+
 def test_narrow_console_keeps_its_lines_short() -> None:
     output = io.StringIO()
     Console(file=output, width=80, color_system=None).print(console_summary(make_result()))
