@@ -9,6 +9,7 @@ Equivalent to Lee (3.4)-(3.11) with the corrected closed system; oracle: ``scipy
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -21,7 +22,13 @@ from splinebba_cli.core.network import Curve, FloatArray, IntArray
 def natural_cubic(curve: Curve) -> CurveBasis:
     """Basis of a natural cubic spline given by its knots."""
     parameters = knot_parameters(curve.values, curve.parameterization, curve.closed, curve.knot_parameters)
-    return natural_cubic_basis(parameters, curve.closed, curve.breaks)
+    return _basis_of_bytes(parameters.tobytes(), curve.closed, curve.breaks)
+
+
+@lru_cache(maxsize=1024)
+def _basis_of_bytes(parameters: bytes, closed: bool, breaks: tuple[int, ...]) -> CurveBasis:
+    """Many curves share their knot parameters, uniform ones for example."""
+    return natural_cubic_basis(np.frombuffer(parameters), closed, breaks)
 
 
 def natural_cubic_basis(

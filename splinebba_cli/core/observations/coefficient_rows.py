@@ -129,36 +129,53 @@ def removed_coefficients(prepared: Prepared) -> FloatArray:
 
 def value_rows(prepared: Prepared, removed: FloatArray) -> CoefficientRows:
     """Equations of the weighted (and of the held inner) values of all curves."""
-    parts: list[CoefficientRows] = []
     support = prepared.curves.support
+    parts = [_values_of_alike(prepared, removed, alike) for alike in _alike(prepared)]
+    rows = concatenate_rows(parts, support)
+    return rows.select(np.lexsort((rows.component, rows.row, rows.curve)))
+
+
+def _alike(prepared: Prepared) -> list[list[int]]:
+    """Curves with given values, those of the same basis together."""
+    found: dict[int, list[int]] = {}
     for number, curve in enumerate(prepared.network.curves):
-        if not np.isfinite(curve.sigma).any() or (curve.sigma == 0.0).all():
-            continue
-        basis = prepared.curves.bases[number]
-        start = prepared.curves.coefficient_start[number]
-        columns = np.tile(basis.value_columns[:, :1], (1, support)) + start
-        columns[:, : basis.value_columns.shape[1]] = basis.value_columns + start
-        weights = _pad(basis.value_weights, support)
-        rows, components = np.nonzero(np.isfinite(curve.sigma))
-        sigma = curve.sigma[rows, components]
-        sigma = np.where(sigma == 0.0, HELD_FRACTION * knot_distance(curve), sigma)
-        live = np.einsum("qw,qw->q", np.abs(weights[rows]), removed[columns[rows], components[:, None]]) > 0.0
-        rows, components, sigma = rows[live], components[live], sigma[live]
-        jacobian = np.zeros((len(rows), support, 3))
-        jacobian[np.arange(len(rows)), :, components] = weights[rows] / sigma[:, None]
-        parts.append(
-            CoefficientRows(
-                np.full(len(rows), number),
-                rows,
-                components,
-                columns[rows],
-                jacobian,
-                curve.values[rows, components] / sigma,
-                sigma,
-                np.zeros((len(rows), support, support)),
-            )
-        )
-    return concatenate_rows(parts, support)
+        if np.isfinite(curve.sigma).any() and (curve.sigma != 0.0).any():
+            found.setdefault(id(prepared.curves.bases[number]), []).append(number)
+    return list(found.values())
+
+
+def _values_of_alike(prepared: Prepared, removed: FloatArray, numbers: list[int]) -> CoefficientRows:
+    """Equations of the values of curves that have the same basis."""
+    support, basis = prepared.curves.support, prepared.curves.bases[numbers[0]]
+    curves = [prepared.network.curves[number] for number in numbers]
+    given = np.stack([curve.sigma for curve in curves])
+    which, rows, components = np.nonzero(np.isfinite(given))
+    sigma = given[which, rows, components]
+    if (sigma == 0.0).any():
+        held = np.array([HELD_FRACTION * knot_distance(curve) for curve in curves])
+        sigma = np.where(sigma == 0.0, held[which], sigma)
+    columns = np.tile(basis.value_columns[:, :1], (1, support))
+    columns[:, : basis.value_columns.shape[1]] = basis.value_columns
+    weights = _pad(basis.value_weights, support)
+    number = np.array(numbers)[which]
+    under = columns[rows] + prepared.curves.coefficient_start[number][:, None]
+    live = np.einsum("qw,qw->q", np.abs(weights[rows]), removed[under, components[:, None]]) > 0.0
+    which, rows, components, sigma, number, under = (
+        array[live] for array in (which, rows, components, sigma, number, under)
+    )
+    jacobian = np.zeros((len(rows), support, 3))
+    jacobian[np.arange(len(rows)), :, components] = weights[rows] / sigma[:, None]
+    values = np.stack([curve.values for curve in curves])[which, rows, components]
+    return CoefficientRows(
+        number,
+        rows,
+        components,
+        under,
+        jacobian,
+        values / sigma,
+        sigma,
+        np.zeros((len(rows), support, support)),
+    )
 
 
 def gauge_rows(prepared: Prepared, removed: FloatArray, gauge_sigma_m: float | None) -> CoefficientRows:
