@@ -26,11 +26,13 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import blas, lapack
 
-from splinebba_cli.core.estimation.blas_threads import fronts_with_threads
+from splinebba_cli.core.estimation.blas_threads import fronts_with_threads, one_thread
 from splinebba_cli.core.estimation.block_matrix import BlockStructure, FloatArray
-from splinebba_cli.core.estimation.extend_add import UpdateTarget, update_target
-from splinebba_cli.core.estimation.fronts import build_fronts, front_operations
-from splinebba_cli.core.estimation.ordering import nested_dissection
+from splinebba_cli.core.estimation.extend_add import RowPlaces, UpdateTarget, row_places, update_target
+from splinebba_cli.core.estimation.fronts import build_fronts, front_operations, with_leaves
+from splinebba_cli.core.estimation.leaf_batches import LeafBatch, leaf_batches
+from splinebba_cli.core.estimation.leaf_nodes import find_leaves, no_leaves, without_leaves
+from splinebba_cli.core.estimation.ordering import checked_positions, nested_dissection
 from splinebba_cli.core.estimation.panel_layout import PanelLayout
 
 if TYPE_CHECKING:
@@ -38,7 +40,7 @@ if TYPE_CHECKING:
 
 SINGLE_FRONT = 300
 """Up to so many unknowns are eliminated in one front."""
-LEAF_UNKNOWNS = 60
+PART_UNKNOWNS = 60
 """Parts of so many unknowns are not divided further; merging fronts decides the rest."""
 
 
@@ -78,12 +80,15 @@ def analyse(structure: BlockStructure, positions: npt.ArrayLike | None = None) -
     -------
     SymbolicFactor
     """
-    leaf = SINGLE_FRONT if structure.n_unknowns <= SINGLE_FRONT else LEAF_UNKNOWNS
-    dissection = nested_dissection(structure, positions, leaf)
-    tree = build_fronts(structure, dissection)
-    layout = PanelLayout.of_tree(structure, tree)
-    targets = [update_target(layout, front) for front in range(len(tree.parent))]
-    return SymbolicFactor(structure, layout, targets)
+    if structure.n_unknowns <= SINGLE_FRONT:
+        leaves, part = no_leaves(), SINGLE_FRONT
+    else:
+        leaves, part = find_leaves(structure), PART_UNKNOWNS
+    rest, nodes = without_leaves(structure, leaves)
+    place = None if positions is None else checked_positions(positions, structure.n_nodes)[nodes]
+    tree = build_fronts(rest, nested_dissection(rest, place, part))
+    layout = PanelLayout.of_tree(structure, with_leaves(structure, leaves, tree, nodes))
+    return SymbolicFactor(structure, layout, row_places(layout))
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,13 +100,33 @@ class SymbolicFactor:
     structure : BlockStructure
     layout : PanelLayout
         Fronts and the places of their entries.
-    targets : list of UpdateTarget
+    places : RowPlaces
         Where each front's update goes in its parent.
     """
 
     structure: BlockStructure
     layout: PanelLayout
-    targets: list[UpdateTarget]
+    places: RowPlaces
+
+    @property
+    def n_fronts(self) -> int:
+        """Number of fronts."""
+        return len(self.layout.pivots)
+
+    @property
+    def fronts(self) -> range:
+        """Fronts that are no leaves, in the order of elimination."""
+        return range(self.layout.tree.n_leaves, self.n_fronts)
+
+    @cached_property
+    def batches(self) -> list[LeafBatch]:
+        """The leaves, shape by shape."""
+        return leaf_batches(self.layout)
+
+    @cached_property
+    def targets(self) -> dict[int, UpdateTarget]:
+        """Where the update of each front that is no leaf goes."""
+        return {front: update_target(self.layout, self.places, front) for front in self.fronts}
 
     @property
     def factor_entries(self) -> int:
@@ -111,8 +136,8 @@ class SymbolicFactor:
     @property
     def flops(self) -> float:
         """Floating-point operations of one factorisation."""
-        fronts = zip(self.layout.pivots.tolist(), self.layout.rows.tolist(), strict=True)
-        return float(sum(front_operations(n, r) for n, r in fronts))
+        n, r = self.layout.pivots.astype(np.float64), self.layout.rows.astype(np.float64)
+        return float(front_operations(n, r).sum())
 
     @property
     def bytes(self) -> int:
@@ -199,7 +224,11 @@ class SymbolicFactor:
         """Replace the assembled matrix by its factor; the place of a failed pivot, or None."""
         parents = self.layout.tree.parent.tolist()
         updates: dict[int, FloatArray] = {}
-        for front in fronts_with_threads(range(len(parents)), self.unknowns_of_fronts):
+        with one_thread():
+            for batch in self.batches:
+                if not batch.eliminate(panel):
+                    return self._failed_leaf(panel, batch)
+        for front in fronts_with_threads(self.fronts, self.unknowns_of_fronts):
             top, below = self.panels(panel, front)
             _, info = lapack.dpotrf(top, lower=1, clean=0, overwrite_a=1)
             if info != 0:
@@ -219,6 +248,15 @@ class SymbolicFactor:
             if remaining:
                 target.add_remaining(update, updates, above, remaining)
         return None
+
+
+    def _failed_leaf(self, panel: FloatArray, batch: LeafBatch) -> int:
+        """The place of the first failed pivot of a batch; the leaves before it are factored."""
+        for front in range(batch.first, batch.end):
+            _, info = lapack.dpotrf(self.panels(panel, front)[0], lower=1, clean=0, overwrite_a=1)
+            if info != 0:
+                return int(self.layout.unknown[self.layout.tree.first[front]] + info - 1)
+        raise AssertionError("a batch fails where none of its leaves does")
 
 
 @dataclass(frozen=True, eq=False)
@@ -264,14 +302,25 @@ class Factor:
         if right.size == 0:
             return right.copy()
         x = np.ascontiguousarray(right.reshape(len(right), -1)[permutation])
-        fronts = range(len(symbolic.targets))
+        fronts, batches = symbolic.fronts, symbolic.batches
+        with one_thread():
+            for batch, inverses in zip(batches, self.leaf_inverses, strict=True):
+                batch.forward(x, self.panel, inverses)
         for front in fronts_with_threads(fronts, symbolic.unknowns_of_fronts):
             self._forward(x, front)
         for front in fronts_with_threads(reversed(fronts), symbolic.unknowns_of_fronts):
             self._backward(x, front)
+        with one_thread():
+            for batch, inverses in zip(batches, self.leaf_inverses, strict=True):
+                batch.backward(x, self.panel, inverses)
         solution = np.empty_like(x)
         solution[permutation] = x
         return solution.reshape(right.shape)
+
+    @cached_property
+    def leaf_inverses(self) -> list[FloatArray]:
+        """Inverses of L₁₁ of all leaves, batch by batch."""
+        return [batch.inverses(self.panel) for batch in self.symbolic.batches]
 
     def _forward(self, x: FloatArray, front: int) -> None:
         """x₁ ← L₁₁⁻¹ x₁,  x₂ ← x₂ − L₂₁ x₁  in place."""

@@ -96,7 +96,7 @@ def nested_dissection(
         If positions has not one row per node.
     """
     n = structure.n_nodes
-    place = _checked_positions(positions, n)
+    place = checked_positions(positions, n)
     off = structure.rows != structure.cols
     edges = np.stack([structure.rows[off], structure.cols[off]])
     below = ~_global_nodes(place, edges)
@@ -110,7 +110,8 @@ def nested_dissection(
     return Dissection(part, np.array(parent, dtype=np.int64))
 
 
-def _checked_positions(positions: npt.ArrayLike | None, n: int) -> FloatArray:
+def checked_positions(positions: npt.ArrayLike | None, n: int) -> FloatArray:
+    """Positions as an array, (n, d); without columns where no node has one."""
     if positions is None:
         return np.zeros((n, 0))
     place = np.asarray(positions, dtype=np.float64)

@@ -157,10 +157,10 @@ def test_rows_of_fronts_hold_the_fill() -> None:
     held = np.zeros((n, n), dtype=bool)
     for front in range(len(tree.parent)):
         pivots = np.arange(tree.first[front], tree.first[front + 1])
-        held[np.ix_(pivots, np.r_[pivots, tree.rows[front]])] = True
-        if len(tree.rows[front]):
+        held[np.ix_(pivots, np.r_[pivots, tree.rows(front)])] = True
+        if len(tree.rows(front)):
             parent = tree.parent[front]
-            assert tree.first[parent] <= tree.rows[front][0] < tree.first[parent + 1]
+            assert tree.first[parent] <= tree.rows(front)[0] < tree.first[parent + 1]
     for k in range(n):
         later = k + np.flatnonzero(filled[k, k:])
         filled[np.ix_(later, later)] = True
