@@ -18,12 +18,13 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from splinebba_cli.core.estimation.block_matrix import FloatArray, IntArray
 from splinebba_cli.core.estimation.panel_layout import PanelLayout
 
-CHUNK = 512
-"""Matrices that are inverted at a time, so that they stay in the cache."""
+BATCH = 256
+"""Leaves at a time, so that what is computed of them stays in the cache."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,27 +88,26 @@ class LeafBatch:
         return a, b, start.reshape(low.shape), step.reshape(low.shape)
 
     @cached_property
-    def _sorted_places(self) -> tuple[IntArray, IntArray, IntArray]:
+    def _sums(self) -> tuple[csr_array, IntArray]:
         """Where −V Vᵀ goes, block by block.
 
         Returns
         -------
-        source : (k p, s²) int
-            Entries of the blocks in (k, r, r), sorted by the place where they go.
-        first : (q,) int
-            First of each place among them.
+        sums : (q, k m²) of ones
+            Which blocks (leaf, a, b) of V Vᵀ go to the same place.
         place : (q, s²) int
-            The places in the panel.
+            The places in the panel, row by row of a block.
         """
         (k, m), s = self.row_nodes.shape, self.row_size
         a, b, start, step = self._pairs
         order = np.argsort(start.ravel(), kind="stable")
         start, step = start.ravel()[order], step.ravel()[order]
         first = np.flatnonzero(np.concatenate([[True], start[1:] != start[:-1]]))
-        row, col = np.tile(np.arange(s), s), np.repeat(np.arange(s), s)
-        corner = (np.arange(k)[:, None] * (m * s) ** 2 + b * s * (m * s) + a * s).ravel()[order]
-        source = corner[:, None] + col * (m * s) + row
-        return source, first, start[first][:, None] + step[first][:, None] * col + row
+        block = (np.arange(k)[:, None] * m**2 + b * m + a).ravel()[order]
+        ones, bounds = np.ones(len(block)), np.append(first, len(block))
+        sums = csr_array((ones, block, bounds), shape=(len(first), k * m**2))
+        col, row = np.repeat(np.arange(s), s), np.tile(np.arange(s), s)
+        return sums, start[first][:, None] + step[first][:, None] * col + row
 
     def _outer(self, selected: FloatArray) -> FloatArray:
         """Z₂₂ of all leaves, (k, r, r)."""
@@ -132,9 +132,10 @@ class LeafBatch:
         top[...] = lower.transpose(0, 2, 1)
         if self.rows.shape[1]:
             below[...] = np.matmul(inverse_triangles(lower), below)
-            source, first, place = self._sorted_places
-            update = np.matmul(below.transpose(0, 2, 1), below).ravel()
-            panel[place] -= np.add.reduceat(update[source], first, axis=0)
+            sums, place = self._sums
+            (k, m), s = self.row_nodes.shape, self.row_size
+            update = np.matmul(below.transpose(0, 2, 1), below).reshape(k, m, s, m, s)
+            panel[place] -= sums @ update.transpose(0, 1, 3, 2, 4).reshape(-1, s * s)
         return True
 
     def inverses(self, panel: FloatArray) -> FloatArray:
@@ -176,7 +177,7 @@ def leaf_batches(layout: PanelLayout) -> list[LeafBatch]:
     tree, k = layout.tree, layout.tree.n_leaves
     shape = np.stack([layout.pivots[:k], layout.rows[:k], np.diff(tree.row_start[: k + 1])])
     changes = np.flatnonzero((shape[:, 1:] != shape[:, :-1]).any(axis=0)) + 1
-    bounds = np.unique(np.concatenate([[0], changes, [k]])).tolist()
+    bounds = np.unique(np.concatenate([np.arange(0, k, BATCH), changes, [k]])).tolist()
     nodes = [tree.row_positions[tree.row_start[a] : tree.row_start[b]] for a, b in pairwise(bounds)]
     return [
         LeafBatch(layout, a, b, of_batch.reshape(b - a, -1))
@@ -189,15 +190,11 @@ def inverse_triangles(lower: FloatArray) -> FloatArray:
 
         x_jj = 1 / l_jj,    x_jm = −x_jj Σ_i l_ji x_im   (m ≤ i < j)
     """
-    k, n, _ = lower.shape
-    inverse = np.empty((k, n, n))
-    for start in range(0, k, CHUNK):
-        part = np.ascontiguousarray(lower[start : start + CHUNK].transpose(1, 2, 0))
-        x = np.zeros_like(part)
-        for j in range(n):
-            x[j, j] = 1.0 / part[j, j]
-            for i in range(j):
-                x[j, : i + 1] -= part[j, i] * x[i, : i + 1]
-            x[j, :j] *= x[j, j]
-        inverse[start : start + CHUNK] = x.transpose(2, 0, 1)
-    return inverse
+    part = np.ascontiguousarray(lower.transpose(1, 2, 0))
+    x = np.zeros_like(part)
+    for j in range(len(x)):
+        x[j, j] = 1.0 / part[j, j]
+        for i in range(j):
+            x[j, : i + 1] -= part[j, i] * x[i, : i + 1]
+        x[j, :j] *= x[j, j]
+    return np.ascontiguousarray(x.transpose(2, 0, 1))
