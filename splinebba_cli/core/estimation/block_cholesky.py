@@ -28,8 +28,15 @@ from scipy.linalg import blas, lapack
 
 from splinebba_cli.core.estimation.blas_threads import fronts_with_threads, one_thread
 from splinebba_cli.core.estimation.block_matrix import BlockStructure, FloatArray
+from splinebba_cli.core.estimation.compiled_fronts import FEW, CompiledFronts, factor_kernels
 from splinebba_cli.core.estimation.extend_add import RowPlaces, UpdateTarget, row_places, update_target
-from splinebba_cli.core.estimation.fronts import build_fronts, front_operations, with_leaves
+from splinebba_cli.core.estimation.fronts import (
+    COMPILED,
+    PLAIN,
+    build_fronts,
+    front_operations,
+    with_leaves,
+)
 from splinebba_cli.core.estimation.leaf_batches import LeafBatch, leaf_batches
 from splinebba_cli.core.estimation.leaf_nodes import find_leaves, no_leaves, without_leaves
 from splinebba_cli.core.estimation.ordering import checked_positions, nested_dissection
@@ -86,7 +93,8 @@ def analyse(structure: BlockStructure, positions: npt.ArrayLike | None = None) -
         leaves, part = find_leaves(structure), PART_UNKNOWNS
     rest, nodes = without_leaves(structure, leaves)
     place = None if positions is None else checked_positions(positions, structure.n_nodes)[nodes]
-    tree = build_fronts(rest, nested_dissection(rest, place, part))
+    costs = PLAIN if factor_kernels(structure.n_unknowns) is None else COMPILED
+    tree = build_fronts(rest, nested_dissection(rest, place, part), costs)
     layout = PanelLayout.of_tree(structure, with_leaves(structure, leaves, tree, nodes))
     return SymbolicFactor(structure, layout, row_places(layout))
 
@@ -158,6 +166,11 @@ class SymbolicFactor:
         return 8 * (self.factor_entries + self.structure.n_entries) + int(8 * peak)
 
     @cached_property
+    def compiled(self) -> CompiledFronts:
+        """The same for compiled kernels."""
+        return CompiledFronts.of(self.layout, self.places)
+
+    @cached_property
     def unknowns_of_fronts(self) -> list[int]:
         """Pivots and rows of each front together."""
         return list(map(int, self.layout.pivots + self.layout.rows))
@@ -201,12 +214,14 @@ class SymbolicFactor:
             raise ValueError(f"{self.structure.n_entries} values expected, got {np.shape(values)}")
         if damping is not None and np.shape(damping) != (n,):
             raise ValueError(f"damping for {n} unknowns expected, got {np.shape(damping)}")
-        panel = np.zeros(layout.n_entries)
-        panel[layout.structure_entries] = values
-        if damping is not None:
-            panel[layout.diagonal_entries] += damping[layout.permutation]
+        panel = self._assembled(values, damping)
         diagonal = panel[layout.diagonal_entries]
-        failed = self._eliminate(panel)
+        kernels, failed = factor_kernels(n), None
+        if kernels is None:
+            failed = self._eliminate(panel)
+        elif not self.compiled.eliminate(kernels, panel):
+            panel = self._assembled(values, damping)
+            failed = self._eliminate(panel)  # the plain way says where
         pivots = panel[layout.diagonal_entries[:failed]] ** 2
         small = np.flatnonzero(~(pivots >= pivot_tolerance * diagonal[: len(pivots)]))
         if small.size:
@@ -214,6 +229,15 @@ class SymbolicFactor:
         if failed is not None:
             raise self._failure(failed, float("nan"))
         return Factor(self, panel)
+
+    def _assembled(self, values: FloatArray, damping: FloatArray | None) -> FloatArray:
+        """The matrix in the places of its factor, (factor_entries,)."""
+        layout = self.layout
+        panel = np.zeros(layout.n_entries)
+        panel[layout.structure_entries] = values
+        if damping is not None:
+            panel[layout.diagonal_entries] += damping[layout.permutation]
+        return panel
 
     def _failure(self, eliminated: int, ratio: float) -> NotPositiveDefinite:
         unknown = int(self.layout.permutation[eliminated])
@@ -302,6 +326,21 @@ class Factor:
         if right.size == 0:
             return right.copy()
         x = np.ascontiguousarray(right.reshape(len(right), -1)[permutation])
+        kernels = factor_kernels(len(x)) if x.shape[1] <= FEW else None
+        if kernels is None:
+            self._solve_plain(x)
+        else:
+            for column in range(x.shape[1]):
+                one = np.ascontiguousarray(x[:, column])
+                symbolic.compiled.solve(kernels, self.panel, one)
+                x[:, column] = one
+        solution = np.empty_like(x)
+        solution[permutation] = x
+        return solution.reshape(right.shape)
+
+    def _solve_plain(self, x: FloatArray) -> None:
+        """Solve in place, x (N, k) in the order of elimination."""
+        symbolic = self.symbolic
         fronts, batches = symbolic.fronts, symbolic.batches
         with one_thread():
             for batch, inverses in zip(batches, self.leaf_inverses, strict=True):
@@ -313,9 +352,6 @@ class Factor:
         with one_thread():
             for batch, inverses in zip(batches, self.leaf_inverses, strict=True):
                 batch.backward(x, self.panel, inverses)
-        solution = np.empty_like(x)
-        solution[permutation] = x
-        return solution.reshape(right.shape)
 
     @cached_property
     def leaf_inverses(self) -> list[FloatArray]:

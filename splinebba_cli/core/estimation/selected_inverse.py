@@ -28,6 +28,7 @@ from scipy.linalg import blas, lapack
 
 from splinebba_cli.core.estimation.blas_threads import fronts_with_threads, one_thread
 from splinebba_cli.core.estimation.block_matrix import FloatArray, IntArray
+from splinebba_cli.core.estimation.compiled_fronts import inverse_kernels
 from splinebba_cli.core.estimation.panel_layout import PanelLayout
 
 if TYPE_CHECKING:
@@ -35,11 +36,22 @@ if TYPE_CHECKING:
 
 
 def select_inverse(factor: Factor) -> SelectedInverse:
-    """The inverse on the pattern of a factor, front by front."""
+    """The inverse on the pattern of a factor, front by front; leaves follow when they are asked for."""
+    symbolic = factor.symbolic
+    inverse = np.empty(symbolic.factor_entries)
+    kernels = inverse_kernels(symbolic.structure.n_unknowns)
+    if kernels is None:
+        _invert_fronts(factor, inverse)
+    else:
+        symbolic.compiled.invert(kernels, factor.panel, inverse)
+    return SelectedInverse(factor, inverse)
+
+
+def _invert_fronts(factor: Factor, inverse: FloatArray) -> None:
+    """Z₁₁ and Z₂₁ of all fronts that are no leaves."""
     symbolic = factor.symbolic
     fronts, parents = symbolic.fronts, symbolic.layout.tree.parent.tolist()
     waiting = np.bincount(symbolic.layout.tree.parent[fronts.start :] + 1, minlength=len(parents) + 1)[1:].tolist()
-    inverse = np.empty(symbolic.factor_entries)
     remaining: dict[int, FloatArray] = {}
     for front in fronts_with_threads(reversed(fronts), symbolic.unknowns_of_fronts):
         above = parents[front]
@@ -54,7 +66,6 @@ def select_inverse(factor: Factor) -> SelectedInverse:
             remaining[front] = outer
         panels = symbolic.panels(factor.panel, front)
         _invert_front(*panels, outer, *symbolic.panels(inverse, front))
-    return SelectedInverse(factor, inverse)
 
 
 def _invert_front(
@@ -91,8 +102,13 @@ class SelectedInverse:
     @cached_property
     def panel(self) -> FloatArray:
         """Z₁₁ and Z₂₁ of every front, (factor_entries,); those of leaves are computed when they are first asked for."""
+        symbolic = self.factor.symbolic
+        kernels = inverse_kernels(symbolic.structure.n_unknowns)
+        if kernels is not None:
+            symbolic.compiled.invert_leaves(kernels, self.factor.panel, self.upper)
+            return self.upper
         with one_thread():
-            for batch, inverses in zip(self.factor.symbolic.batches, self.factor.leaf_inverses, strict=True):
+            for batch, inverses in zip(symbolic.batches, self.factor.leaf_inverses, strict=True):
                 batch.invert(self.factor.panel, inverses, self.upper)
         return self.upper
 
