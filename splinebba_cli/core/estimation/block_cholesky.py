@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -41,6 +41,7 @@ from splinebba_cli.core.estimation.leaf_batches import LeafBatch, leaf_batches
 from splinebba_cli.core.estimation.leaf_nodes import find_leaves, no_leaves, without_leaves
 from splinebba_cli.core.estimation.ordering import checked_positions, nested_dissection
 from splinebba_cli.core.estimation.panel_layout import PanelLayout
+from splinebba_cli.core.threads import in_threads
 
 if TYPE_CHECKING:
     from splinebba_cli.core.estimation.selected_inverse import SelectedInverse
@@ -214,13 +215,13 @@ class SymbolicFactor:
             raise ValueError(f"{self.structure.n_entries} values expected, got {np.shape(values)}")
         if damping is not None and np.shape(damping) != (n,):
             raise ValueError(f"damping for {n} unknowns expected, got {np.shape(damping)}")
-        panel = self._assembled(values, damping)
-        diagonal = panel[layout.diagonal_entries]
         kernels, failed = factor_kernels(n), None
+        panel = self._assembled(kernels, values, damping)
+        diagonal = panel[layout.diagonal_entries]
         if kernels is None:
             failed = self._eliminate(panel)
         elif not self.compiled.eliminate(kernels, panel):
-            panel = self._assembled(values, damping)
+            panel = self._assembled(None, values, damping)
             failed = self._eliminate(panel)  # the plain way says where
         pivots = panel[layout.diagonal_entries[:failed]] ** 2
         small = np.flatnonzero(~(pivots >= pivot_tolerance * diagonal[: len(pivots)]))
@@ -230,11 +231,14 @@ class SymbolicFactor:
             raise self._failure(failed, float("nan"))
         return Factor(self, panel)
 
-    def _assembled(self, values: FloatArray, damping: FloatArray | None) -> FloatArray:
+    def _assembled(self, kernels: Any, values: FloatArray, damping: FloatArray | None) -> FloatArray:
         """The matrix in the places of its factor, (factor_entries,)."""
         layout = self.layout
         panel = np.zeros(layout.n_entries)
-        panel[layout.structure_entries] = values
+        if kernels is None:
+            panel[layout.structure_entries] = values
+        else:
+            self.compiled.put(kernels, np.ascontiguousarray(values), panel)
         if damping is not None:
             panel[layout.diagonal_entries] += damping[layout.permutation]
         return panel
@@ -249,9 +253,11 @@ class SymbolicFactor:
         parents = self.layout.tree.parent.tolist()
         updates: dict[int, FloatArray] = {}
         with one_thread():
-            for batch in self.batches:
-                if not batch.eliminate(panel):
-                    return self._failed_leaf(panel, batch)
+            updates_of_leaves = in_threads(lambda batch: batch.eliminate(panel), self.batches)
+        for batch, update in zip(self.batches, updates_of_leaves, strict=True):
+            if update is None:
+                return self._failed_leaf(panel, batch)
+            batch.add(update, panel)
         for front in fronts_with_threads(self.fronts, self.unknowns_of_fronts):
             top, below = self.panels(panel, front)
             _, info = lapack.dpotrf(top, lower=1, clean=0, overwrite_a=1)
@@ -356,7 +362,7 @@ class Factor:
     @cached_property
     def leaf_inverses(self) -> list[FloatArray]:
         """Inverses of L₁₁ of all leaves, batch by batch."""
-        return [batch.inverses(self.panel) for batch in self.symbolic.batches]
+        return in_threads(lambda batch: batch.inverses(self.panel), self.symbolic.batches)
 
     def _forward(self, x: FloatArray, front: int) -> None:
         """x₁ ← L₁₁⁻¹ x₁,  x₂ ← x₂ − L₂₁ x₁  in place."""

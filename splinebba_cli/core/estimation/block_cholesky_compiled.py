@@ -24,12 +24,19 @@ LARGEST_LEAF = 128
 
 
 @njit(cache=True, nogil=True)
+def put(places, values, panel):
+    """Values to their places."""
+    for k in range(len(places)):
+        panel[places[k]] = values[k]
+
+
+@njit(cache=True, nogil=True)
 def eliminate(fronts, plan, panel, work):
     """Factor fronts and the leaves below them in place; False where a pivot is not positive."""
     pivots, rows, offsets, child_start, children, update, n_leaves = (
         plan[0], plan[1], plan[2], plan[8], plan[9], plan[10], plan[11],
     )  # fmt: skip
-    scalars, column = arguments(), np.empty(LARGEST_LEAF)
+    scalars, square = arguments(), np.empty(LARGEST_LEAF**2)
     for front in fronts:
         n, r = pivots[front], rows[front]
         waiting = work[update[front] : update[front] + r * r]
@@ -40,7 +47,7 @@ def eliminate(fronts, plan, panel, work):
             if child < n_leaves:
                 if not eliminate_leaf(child, plan, panel):
                     return False
-                _add_leaf(child, plan, panel, top, below, waiting, n, r, column)
+                _add_leaf(scalars, child, plan, panel, top, below, waiting, n, r, square)
             else:
                 size = rows[child]
                 _add(child, plan, work[update[child] : update[child] + size * size], top, below, waiting, n, r)
@@ -90,20 +97,13 @@ def eliminate_lonely(leaves, plan, panel):
 
 
 @njit(cache=True, nogil=True)
-def _add_leaf(leaf, plan, panel, top, below, waiting, n, r, column):
-    """Add −V Vᵀ of a leaf to its parent, column after column."""
-    own, size, row_start = plan[0][leaf], plan[1][leaf], plan[4][leaf]
+def _add_leaf(scalars, leaf, plan, panel, top, below, waiting, n, r, square):
+    """Add −V Vᵀ of a leaf to its parent."""
+    own, size = plan[0][leaf], plan[1][leaf]
     start = plan[2][leaf] + own * own
-    split = plan[7][leaf]
-    place = plan[6][row_start : row_start + size]
-    for j in range(size):
-        column[j:size] = 0.0
-        for i in range(own):
-            v = panel[start + i * size : start + (i + 1) * size]
-            v_j = v[j]
-            for k in range(j, size):
-                column[k] -= v_j * v[k]
-        _add_column(column, j, size, split, place, top, below, waiting, n, r)
+    square[: size * size] = 0.0
+    subtract_square(scalars, square, panel[start : start + size * own], size, own)
+    _add(leaf, plan, square, top, below, waiting, n, r)
 
 
 @njit(cache=True, nogil=True)

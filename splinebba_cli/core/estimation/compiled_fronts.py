@@ -9,7 +9,7 @@ from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import groupby
+from itertools import groupby, pairwise
 from typing import Any
 
 import numpy as np
@@ -86,6 +86,15 @@ class CompiledFronts:
             layout.pivots, layout.rows, layout.offsets, layout.tree.parent, places.start, places.place,
             places.split, order.child_start, order.children, order.outer, layout.tree.n_leaves,
         )  # fmt: skip
+
+    def put(self, kernels: Any, values: FloatArray, panel: FloatArray) -> None:
+        """Values of the structure to their places."""
+        bounds = np.linspace(0, len(values), self.n_parts + 1).astype(int).tolist()
+        places = self.layout.structure_entries
+        in_threads(
+            lambda part: kernels.put(places[part], values[part], panel),
+            [slice(a, b) for a, b in pairwise(bounds)],
+        )
 
     def eliminate(self, kernels: Any, panel: FloatArray) -> bool:
         """Replace the assembled matrix by its factor; False where a pivot is not positive."""

@@ -122,21 +122,31 @@ class LeafBatch:
             outer[:, j, :, i, :] = block.transpose(0, 2, 1)
         return outer.reshape(k, m * s, m * s)
 
-    def eliminate(self, panel: FloatArray) -> bool:
-        """Factor the leaves in place and add their updates; False where a pivot is not positive."""
+    def eliminate(self, panel: FloatArray) -> FloatArray | None:
+        """Factor the leaves in place.
+
+        Returns
+        -------
+        (q, s²) float, or None where a pivot is not positive
+            V Vᵀ of all leaves, summed where they go to one place.
+        """
         top, below = self.panels(panel)
         try:
             lower = np.linalg.cholesky(top.transpose(0, 2, 1))
         except np.linalg.LinAlgError:
-            return False
+            return None
         top[...] = lower.transpose(0, 2, 1)
-        if self.rows.shape[1]:
-            below[...] = np.matmul(inverse_triangles(lower), below)
-            sums, place = self._sums
-            (k, m), s = self.row_nodes.shape, self.row_size
-            update = np.matmul(below.transpose(0, 2, 1), below).reshape(k, m, s, m, s)
-            panel[place] -= sums @ update.transpose(0, 1, 3, 2, 4).reshape(-1, s * s)
-        return True
+        (k, m), s = self.row_nodes.shape, self.row_size
+        if m == 0:
+            return np.zeros((0, 0))
+        below[...] = np.matmul(inverse_triangles(lower), below)
+        square = np.matmul(below.transpose(0, 2, 1), below).reshape(k, m, s, m, s)
+        return np.asarray(self._sums[0] @ square.transpose(0, 1, 3, 2, 4).reshape(-1, s * s))
+
+    def add(self, update: FloatArray, panel: FloatArray) -> None:
+        """Add −V Vᵀ to the fronts above."""
+        if update.size:
+            panel[self._sums[1]] -= update
 
     def inverses(self, panel: FloatArray) -> FloatArray:
         """Inverses X of the factors L₁₁, (k, n, n), lower triangular."""
@@ -194,7 +204,5 @@ def inverse_triangles(lower: FloatArray) -> FloatArray:
     x = np.zeros_like(part)
     for j in range(len(x)):
         x[j, j] = 1.0 / part[j, j]
-        for i in range(j):
-            x[j, : i + 1] -= part[j, i] * x[i, : i + 1]
-        x[j, :j] *= x[j, j]
+        x[j, :j] = np.einsum("ik,imk->mk", part[j, :j], x[:j, :j]) * -x[j, j]
     return np.ascontiguousarray(x.transpose(2, 0, 1))
