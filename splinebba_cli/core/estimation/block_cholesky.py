@@ -148,24 +148,6 @@ class SymbolicFactor:
         n, r = self.layout.pivots.astype(np.float64), self.layout.rows.astype(np.float64)
         return float(front_operations(n, r).sum())
 
-    @property
-    def bytes(self) -> int:
-        """Predicted memory of one factorisation: factor, updates under way, places of the values.
-
-        The selected inverse takes as much again.
-        """
-        pending = np.zeros(len(self.targets) + 1)
-        parent = self.layout.tree.parent
-        squares = self.layout.rows.astype(np.float64) ** 2
-        first_child = np.arange(len(parent))
-        for front, above in enumerate(parent.tolist()):
-            if above >= 0:
-                first_child[above] = min(first_child[above], front)
-        np.add.at(pending, first_child, squares)
-        np.add.at(pending, np.arange(len(parent)) + 1, -squares)
-        peak = float(np.cumsum(pending).max(initial=0.0) + squares.max(initial=0.0))
-        return 8 * (self.factor_entries + self.structure.n_entries) + int(8 * peak)
-
     @cached_property
     def compiled(self) -> CompiledFronts:
         """The same for compiled kernels."""

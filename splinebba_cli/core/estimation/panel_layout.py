@@ -22,6 +22,9 @@ from splinebba_cli.core.estimation.block_matrix import (
 )
 from splinebba_cli.core.estimation.fronts import FrontTree
 
+BLOCKS = 20_000
+"""Blocks whose places are computed at a time."""
+
 
 @dataclass(frozen=True, eq=False)
 class PanelLayout:
@@ -81,9 +84,11 @@ class PanelLayout:
         """Place of each value of the structure in the flat array, (structure.n_entries,)."""
         s = self.structure
         places = np.empty(s.n_entries, dtype=np.int64)
-        for numbers, si, sj in s.shape_groups():
-            source = s.offsets[numbers][:, None] + np.arange(si * sj)
-            places[source] = self.entries(s.rows[numbers], s.cols[numbers]).reshape(-1, si * sj)
+        for of_shape, si, sj in s.shape_groups():
+            for first in range(0, len(of_shape), BLOCKS):
+                numbers = of_shape[first : first + BLOCKS]
+                source = s.offsets[numbers][:, None] + np.arange(si * sj)
+                places[source] = self.entries(s.rows[numbers], s.cols[numbers]).reshape(-1, si * sj)
         return places
 
     @cached_property

@@ -16,6 +16,7 @@ Liu, J. W. H. (1992): The multifrontal method for sparse matrix solution. SIAM R
 from __future__ import annotations
 
 from dataclasses import dataclass
+from heapq import heapify, heappop, heappush
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from splinebba_cli.core.estimation.fronts import front_operations
 from splinebba_cli.core.estimation.panel_layout import PanelLayout
 
 SUBTREES = 8
-"""Subtrees for each part, so that the parts come out about equal."""
+"""Divisions that are tried for each part, so that the parts come out about equal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,29 +84,48 @@ def schedule(layout: PanelLayout, n_parts: int) -> Schedule:
 
 
 def _part_of_fronts(layout: PanelLayout, children: IntArray, child_start: IntArray, n_parts: int) -> IntArray:
-    """Part of each front that is no leaf, -1 for the top, (f,)."""
+    """Part of each front that is no leaf, -1 for the top, (f,).
+
+    The heaviest subtree is divided into those below it as long as that may shorten the longest part and the top.
+    """
     work = _work_of_subtrees(layout)
     n_leaves, parent = layout.tree.n_leaves, layout.tree.parent
-    part = np.full(len(parent), -1, dtype=np.int64)
     roots = np.flatnonzero(parent[n_leaves:] < 0) + n_leaves
-    limit = work[roots].sum() / (SUBTREES * n_parts) if n_parts > 1 else np.inf
-    queue, subtrees = roots.tolist(), []
-    while queue:
-        front = queue.pop()
-        if work[front] > limit:
-            below = children[child_start[front] : child_start[front + 1]]
-            queue.extend(below[below >= n_leaves].tolist())
-        else:
-            subtrees.append(front)
-    load = [0.0] * n_parts
-    for front in sorted(subtrees, key=lambda f: -work[f]):
-        least = load.index(min(load))
-        part[front] = least
-        load[least] += work[front]
+    subtrees = [(-float(work[root]), root) for root in roots.tolist()]
+    heapify(subtrees)
+    of_top, best, chosen = 0.0, np.inf, _assigned(subtrees, n_parts)
+    for _ in range(SUBTREES * n_parts):
+        assigned = _assigned(subtrees, n_parts)
+        duration = of_top + max(float(work[fronts].sum()) for fronts in assigned)
+        if duration < best:
+            best, chosen = duration, assigned
+        heaviest = subtrees[0][1] if subtrees else -1
+        below = children[child_start[heaviest] : child_start[heaviest + 1]] if subtrees else children[:0]
+        below = below[below >= n_leaves]
+        if not below.size:
+            break
+        heappop(subtrees)
+        of_top += float(work[heaviest] - work[below].sum())
+        for front in below.tolist():
+            heappush(subtrees, (-float(work[front]), front))
+    part = np.full(len(parent), -1, dtype=np.int64)
+    for number, fronts in enumerate(chosen):
+        part[fronts] = number
     for front in range(len(parent) - 1, n_leaves - 1, -1):
         if part[front] < 0 and parent[front] >= 0:
             part[front] = part[parent[front]]
     return part
+
+
+def _assigned(subtrees: list[tuple[float, int]], n_parts: int) -> list[list[int]]:
+    """Subtrees for each part: the heaviest first, each to the part that has least."""
+    load = [0.0] * n_parts
+    fronts: list[list[int]] = [[] for _ in range(n_parts)]
+    for negative_work, front in sorted(subtrees):
+        least = load.index(min(load))
+        fronts[least].append(front)
+        load[least] -= negative_work
+    return fronts
 
 
 def _work_of_subtrees(layout: PanelLayout) -> FloatArray:

@@ -18,6 +18,8 @@ from tests.core.estimation.block_cases import (
     random_values,
 )
 
+pytestmark = pytest.mark.usefixtures("speed_mode")
+
 
 @every_case
 def test_solution_and_determinant_equal_dense(maker: Maker) -> None:
@@ -169,7 +171,6 @@ def test_predictions_of_a_single_front_are_those_of_a_dense_matrix() -> None:
     symbolic = analyse(structure, np.random.default_rng(8).uniform(size=(n, 3)))
     assert symbolic.factor_entries == (6 * n) ** 2
     assert symbolic.flops == pytest.approx((6 * n) ** 3 / 3.0)
-    assert symbolic.bytes == 8 * ((6 * n) ** 2 + structure.n_entries)
 
 
 def test_thread_limits_are_restored_after_a_failure() -> None:

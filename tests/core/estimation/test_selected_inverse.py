@@ -17,6 +17,8 @@ from tests.core.estimation.block_cases import (
     random_values,
 )
 
+pytestmark = pytest.mark.usefixtures("speed_mode")
+
 
 @every_case
 def test_selected_inverse_equals_dense_on_the_pattern(maker: Maker) -> None:
