@@ -39,7 +39,7 @@ from splinebba_cli.core.estimation.fronts import (
 )
 from splinebba_cli.core.estimation.leaf_batches import LeafBatch, leaf_batches
 from splinebba_cli.core.estimation.leaf_nodes import find_leaves, no_leaves, without_leaves
-from splinebba_cli.core.estimation.ordering import checked_positions, nested_dissection
+from splinebba_cli.core.estimation.ordering import checked_positions, global_nodes, nested_dissection
 from splinebba_cli.core.estimation.panel_layout import PanelLayout
 from splinebba_cli.core.threads import in_threads
 
@@ -88,14 +88,16 @@ def analyse(structure: BlockStructure, positions: npt.ArrayLike | None = None) -
     -------
     SymbolicFactor
     """
+    place = checked_positions(positions, structure.n_nodes)
+    everywhere = global_nodes(structure, place)
     if structure.n_unknowns <= SINGLE_FRONT:
         leaves, part = no_leaves(), SINGLE_FRONT
     else:
-        leaves, part = find_leaves(structure), PART_UNKNOWNS
+        leaves, part = find_leaves(structure, everywhere), PART_UNKNOWNS
     rest, nodes = without_leaves(structure, leaves)
-    place = None if positions is None else checked_positions(positions, structure.n_nodes)[nodes]
     costs = PLAIN if factor_kernels(structure.n_unknowns) is None else COMPILED
-    tree = build_fronts(rest, nested_dissection(rest, place, part), costs)
+    dissection = nested_dissection(rest, place[nodes], part, everywhere[nodes])
+    tree = build_fronts(rest, dissection, costs)
     layout = PanelLayout.of_tree(structure, with_leaves(structure, leaves, tree, nodes))
     return SymbolicFactor(structure, layout, row_places(layout))
 
@@ -130,7 +132,7 @@ class SymbolicFactor:
     @cached_property
     def batches(self) -> list[LeafBatch]:
         """The leaves, shape by shape."""
-        return leaf_batches(self.layout)
+        return leaf_batches(self.layout, self.places)
 
     @cached_property
     def targets(self) -> dict[int, UpdateTarget]:

@@ -112,9 +112,10 @@ def with_leaves(structure: BlockStructure, leaves: Leaves, rest: FrontTree, node
     has_rows = leaves.counts > 0
     earliest[has_rows] = np.minimum.reduceat(rows, leaves.start[:-1][has_rows]) if rows.size else 0
     above = np.where(has_rows, k + np.searchsorted(rest.first + k, earliest, side="right") - 1, -1)
-    of_rows = np.zeros(k, dtype=np.int64)
-    of_rows[leaf] = structure.sizes[leaves.neighbours]
-    by_shape = np.lexsort((above, leaves.counts, of_rows, structure.sizes[leaves.nodes]))
+    of_rows = structure.sizes[leaves.neighbours]
+    unknowns, divisor = np.bincount(leaf, of_rows, k), np.ones(k, dtype=np.int64)
+    divisor[has_rows] = np.gcd.reduceat(of_rows, leaves.start[:-1][has_rows]) if rows.size else 1
+    by_shape = np.lexsort((above, divisor, unknowns, structure.sizes[leaves.nodes]))
     place = np.empty(k, dtype=np.int64)
     place[by_shape] = np.arange(k)
     sorted_rows = np.lexsort((rows, place[leaf]))

@@ -21,6 +21,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from splinebba_cli.core.estimation.block_matrix import FloatArray, IntArray
+from splinebba_cli.core.estimation.extend_add import RowPlaces
 from splinebba_cli.core.estimation.panel_layout import PanelLayout
 
 BATCH = 256
@@ -36,26 +37,22 @@ class LeafBatch:
     layout : PanelLayout
     first, end : int
         The fronts first .. end - 1.
-    row_nodes : (k, m) int
-        Positions of the nodes that they couple with, ascending; all of one size s, r = m s.
+    rows : (k, r) int
+        Their rows among all unknowns in the order of elimination.
+    step : int
+        Rows come in pieces of so many, none of which reaches from one node into the next; m = r / step.
     """
 
     layout: PanelLayout
     first: int
     end: int
-    row_nodes: IntArray
+    rows: IntArray
+    step: int
 
     @property
-    def row_size(self) -> int:
-        """Unknowns s of each of the nodes that the leaves couple with; 0 without any."""
-        m = self.row_nodes.shape[1]
-        return int(self.layout.rows[self.first]) // m if m else 0
-
-    @cached_property
-    def rows(self) -> IntArray:
-        """Rows of all leaves among all unknowns in the order of elimination, (k, r)."""
-        first = self.layout.unknown[self.row_nodes]
-        return np.asarray((first[:, :, None] + np.arange(self.row_size)).reshape(len(first), -1))
+    def n_pieces(self) -> int:
+        """Pieces m of the rows of a leaf."""
+        return self.rows.shape[1] // self.step
 
     @property
     def n_pivots(self) -> int:
@@ -80,12 +77,14 @@ class LeafBatch:
 
     @cached_property
     def _pairs(self) -> tuple[IntArray, IntArray, IntArray, IntArray]:
-        """Pairs a ≥ b of the m nodes, (p,); first entry of the block of each pair and its column step, (k, p)."""
-        a, b = np.tril_indices(self.row_nodes.shape[1])
-        order = self.layout.tree.order
-        low, high = order[self.row_nodes[:, b]], order[self.row_nodes[:, a]]
-        start, step = self.layout.block_starts(low.ravel(), high.ravel())
-        return a, b, start.reshape(low.shape), step.reshape(low.shape)
+        """Pairs a ≥ b of the m pieces, (p,); first entry of the block of each pair and its column step, (k, p)."""
+        a, b = np.tril_indices(self.n_pieces)
+        first, tree = self.rows[:, :: self.step], self.layout.tree
+        node = np.searchsorted(self.layout.unknown, first, side="right") - 1
+        within = first - self.layout.unknown[node]
+        low, high = tree.order[node[:, b].ravel()], tree.order[node[:, a].ravel()]
+        start, leading = (x.reshape(len(first), -1) for x in self.layout.block_starts(low, high))
+        return a, b, start + within[:, b] * leading + within[:, a], leading
 
     @cached_property
     def _sums(self) -> tuple[csr_array, IntArray]:
@@ -98,7 +97,7 @@ class LeafBatch:
         place : (q, s²) int
             The places in the panel, row by row of a block.
         """
-        (k, m), s = self.row_nodes.shape, self.row_size
+        k, m, s = len(self.rows), self.n_pieces, self.step
         a, b, start, step = self._pairs
         order = np.argsort(start.ravel(), kind="stable")
         start, step = start.ravel()[order], step.ravel()[order]
@@ -111,7 +110,7 @@ class LeafBatch:
 
     def _outer(self, selected: FloatArray) -> FloatArray:
         """Z₂₂ of all leaves, (k, r, r)."""
-        (k, m), s = self.row_nodes.shape, self.row_size
+        k, m, s = len(self.rows), self.n_pieces, self.step
         outer = np.empty((k, m, s, m, s))
         a, b, start, step = self._pairs
         row, col = np.arange(s)[:, None], np.arange(s)
@@ -136,7 +135,7 @@ class LeafBatch:
         except np.linalg.LinAlgError:
             return None
         top[...] = lower.transpose(0, 2, 1)
-        (k, m), s = self.row_nodes.shape, self.row_size
+        k, m, s = len(self.rows), self.n_pieces, self.step
         if m == 0:
             return np.zeros((0, 0))
         below[...] = np.matmul(inverse_triangles(lower), below)
@@ -182,17 +181,21 @@ class LeafBatch:
         return x[self.pivots].reshape(self.end - self.first, self.n_pivots, x.shape[1])
 
 
-def leaf_batches(layout: PanelLayout) -> list[LeafBatch]:
+def leaf_batches(layout: PanelLayout, places: RowPlaces) -> list[LeafBatch]:
     """The leaves of a layout, shape by shape."""
     tree, k = layout.tree, layout.tree.n_leaves
-    shape = np.stack([layout.pivots[:k], layout.rows[:k], np.diff(tree.row_start[: k + 1])])
+    sizes = layout.structure.sizes[tree.order[tree.row_positions]]
+    step, coupled = np.ones(k, dtype=np.int64), np.flatnonzero(layout.rows[:k])
+    if coupled.size:
+        step[coupled] = np.gcd.reduceat(sizes[: tree.row_start[k]], tree.row_start[coupled])
+    shape = np.stack([layout.pivots[:k], layout.rows[:k], step])
     changes = np.flatnonzero((shape[:, 1:] != shape[:, :-1]).any(axis=0)) + 1
     bounds = np.unique(np.concatenate([np.arange(0, k, BATCH), changes, [k]])).tolist()
-    nodes = [tree.row_positions[tree.row_start[a] : tree.row_start[b]] for a, b in pairwise(bounds)]
-    return [
-        LeafBatch(layout, a, b, of_batch.reshape(b - a, -1))
-        for (a, b), of_batch in zip(pairwise(bounds), nodes, strict=True)
-    ]
+    batches = []
+    for a, b in pairwise(bounds):
+        rows = places.unknown[places.start[a] : places.start[b]].reshape(b - a, -1)
+        batches.append(LeafBatch(layout, a, b, rows, int(step[a])))
+    return batches
 
 
 def inverse_triangles(lower: FloatArray) -> FloatArray:

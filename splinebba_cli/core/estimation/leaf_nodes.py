@@ -1,8 +1,7 @@
 """Nodes that are eliminated first and each by itself: curves that few images see.
 
 Eliminating a node couples all its neighbours.  Where a node is heavier than each of them and they are few, that is
-always cheap, so that only the rest needs an ordering (neighbours of a leaf are all of one size, which makes leaves
-alike):
+always cheap, so that only the rest needs an ordering (global nodes come last in any case and do not count):
 
     A = [A_leaves   B ]      pattern of the rest  =  pattern of C  ∪  neighbours of one leaf, all with all
         [Bᵀ         C ]
@@ -25,7 +24,9 @@ import numpy.typing as npt
 from splinebba_cli.core.estimation.block_matrix import BlockStructure, IntArray
 
 LEAF_ROWS = 90
-"""Most unknowns of the neighbours of a leaf."""
+"""Most unknowns of the neighbours of a leaf, without global ones."""
+ALL_ROWS = 128
+"""Most unknowns of all neighbours of a leaf."""
 LEAF_PIVOTS = 30
 """Most unknowns of a leaf."""
 
@@ -54,18 +55,24 @@ class Leaves:
         return np.diff(self.start)
 
 
-def find_leaves(structure: BlockStructure) -> Leaves:
-    """The leaves of a pattern."""
+def find_leaves(structure: BlockStructure, everywhere: npt.NDArray[np.bool_]) -> Leaves:
+    """The leaves of a pattern.
+
+    Parameters
+    ----------
+    everywhere : (n,) bool
+        Global nodes, which are no leaves.
+    """
     off = np.flatnonzero(structure.rows != structure.cols)
     node = np.concatenate([structure.rows[off], structure.cols[off]])
     other = np.concatenate([structure.cols[off], structure.rows[off]])
     sizes, n = structure.sizes, structure.n_nodes
     rows = np.bincount(node, sizes[other], n)
-    smallest, largest = np.full(n, sizes.max(initial=0)), np.zeros(n, dtype=np.int64)
-    np.minimum.at(smallest, node, sizes[other])
-    np.maximum.at(largest, node, sizes[other])
-    chosen = (largest < sizes) & (smallest >= largest) & (rows <= LEAF_ROWS) & (sizes <= LEAF_PIVOTS)
-    return _leaves(chosen, node, other)
+    counted = np.where(everywhere, 0, sizes)
+    heaviest = np.zeros(n, dtype=np.int64)
+    np.maximum.at(heaviest, node, counted[other])
+    few = (np.bincount(node, counted[other], n) <= LEAF_ROWS) & (rows <= ALL_ROWS)
+    return _leaves((heaviest < sizes) & few & (sizes <= LEAF_PIVOTS) & ~everywhere, node, other)
 
 
 def no_leaves() -> Leaves:
