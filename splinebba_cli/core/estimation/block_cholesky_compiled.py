@@ -24,10 +24,17 @@ LARGEST_LEAF = 128
 
 
 @njit(cache=True, nogil=True)
-def put(places, values, panel):
-    """Values to their places."""
-    for k in range(len(places)):
-        panel[places[k]] = values[k]
+def put(first, end, blocks, values, panel):
+    """Blocks first .. end - 1 to their places; of diagonal blocks the upper triangle means nothing there."""
+    offsets, n_rows, n_cols, start, row_step, col_step = blocks
+    for b in range(first, end):
+        k = offsets[b]
+        for i in range(n_rows[b]):
+            place = start[b] + i * row_step[b]
+            for _ in range(n_cols[b]):
+                panel[place] = values[k]
+                place += col_step[b]
+                k += 1
 
 
 @njit(cache=True, nogil=True)

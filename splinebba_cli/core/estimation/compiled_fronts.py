@@ -68,7 +68,7 @@ class CompiledFronts:
     @cached_property
     def lonely(self) -> IntArray:
         """Leaves that are coupled with nothing."""
-        return np.flatnonzero(self.layout.tree.parent[: self.layout.tree.n_leaves] < 0)
+        return np.arange(self.layout.tree.n_coupled, self.layout.tree.n_leaves)
 
     @cached_property
     def _factor_plan(self) -> tuple[IntArray | int, ...]:
@@ -87,14 +87,33 @@ class CompiledFronts:
             places.split, order.child_start, order.children, order.outer, layout.tree.n_leaves,
         )  # fmt: skip
 
+    @cached_property
+    def _blocks(self) -> tuple[IntArray, ...]:
+        """Of each block of the structure: offset, rows, columns, first entry in the panel, steps there."""
+        s = self.layout.structure
+        start, leading = self.layout.block_starts(s.rows, s.cols)
+        turned = self.layout.position[s.rows] < self.layout.position[s.cols]
+        steps = np.where(turned, leading, 1), np.where(turned, 1, leading)
+        return s.offsets, s.sizes[s.rows], s.sizes[s.cols], start, *steps
+
     def put(self, kernels: Any, values: FloatArray, panel: FloatArray) -> None:
-        """Values of the structure to their places."""
-        bounds = np.linspace(0, len(values), self.n_parts + 1).astype(int).tolist()
-        places = self.layout.structure_entries
+        """Values of the structure to their places in the panel."""
+        in_threads(lambda part: kernels.put(*part, self._blocks, values, panel), self._ranges_of_blocks())
+
+    def get(self, kernels: Any, panel: FloatArray) -> FloatArray:
+        """Values of the structure from their places in the panel."""
+        values = np.empty(self.layout.structure.n_entries)
+        diagonal = self.layout.structure.rows == self.layout.structure.cols
         in_threads(
-            lambda part: kernels.put(places[part], values[part], panel),
-            [slice(a, b) for a, b in pairwise(bounds)],
+            lambda part: kernels.get(*part, self._blocks, diagonal, panel, values), self._ranges_of_blocks()
         )
+        return values
+
+    def _ranges_of_blocks(self) -> list[tuple[int, int]]:
+        """First block and end of each part, about equally many entries."""
+        offsets = self.layout.structure.offsets
+        bounds = np.searchsorted(offsets, np.linspace(0, offsets[-1], self.n_parts + 1))
+        return list(pairwise(bounds.tolist()))
 
     def eliminate(self, kernels: Any, panel: FloatArray) -> bool:
         """Replace the assembled matrix by its factor; False where a pivot is not positive."""
@@ -123,8 +142,9 @@ class CompiledFronts:
         kernels.backward_lonely(self.lonely, plan, panel, x)
 
     def invert(self, kernels: Any, panel: FloatArray, selected: FloatArray) -> None:
-        """Z₁₁ and Z₂₁ of all fronts that are no leaves."""
+        """Z₁₁ and Z₂₁ of all fronts but for leaves that are coupled with others."""
         plan, work = self._inverse_plan, np.empty(self.schedule.outer_size)
+        kernels.invert_lonely(self.lonely, plan, panel, selected)
         self._over_top(lambda run: kernels.invert_fronts(run, plan, panel, selected, work), backwards=-1)
         with one_thread():
             in_threads(
@@ -132,9 +152,8 @@ class CompiledFronts:
             )
 
     def invert_leaves(self, kernels: Any, panel: FloatArray, selected: FloatArray) -> None:
-        """Z₁₁ and Z₂₁ of all leaves."""
+        """Z₁₁ and Z₂₁ of the leaves that are coupled with others."""
         plan, work = self._inverse_plan, np.empty(self.schedule.outer_size)
-        kernels.invert_lonely(self.lonely, plan, panel, selected)
         kernels.invert_leaves(self.schedule.top, plan, panel, selected, work)
         in_threads(
             lambda part: kernels.invert_leaves(part, plan, panel, selected, work), self.schedule.parts

@@ -53,13 +53,15 @@ def factor_memory(symbolic: SymbolicFactor) -> FactorMemory:
     """Memory that assembling, factoring and inverting a matrix of an analysed pattern takes."""
     layout, structure = symbolic.layout, symbolic.structure
     leaves, leaf_pairs = layout.tree.n_leaves, 0
-    index = structure.n_entries + 5 * len(structure.rows) + 2 * len(symbolic.places.unknown) + 4 * structure.n_unknowns
+    index = 5 * len(structure.rows) + 2 * len(symbolic.places.unknown) + 4 * structure.n_unknowns
     if factor_kernels(structure.n_unknowns) is None:
+        index += structure.n_entries
         squares = layout.rows[:leaves] ** 2
         leaf_pairs = int(squares.sum())
         update, outer = _waiting_updates(symbolic), schedule(layout, 1).outer_size
         inverse = outer + int((layout.pivots[:leaves] ** 2).sum())
     else:
+        index += 5 * len(structure.rows)
         update, inverse = symbolic.compiled.schedule.update_size, symbolic.compiled.schedule.outer_size
     numbers = (
         index + leaf_pairs, VALUE_ARRAYS * structure.n_entries, symbolic.factor_entries,

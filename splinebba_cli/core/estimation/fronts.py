@@ -70,7 +70,7 @@ class FrontTree:
     parent : (f,) int
         Parent of each front, larger than the front itself; -1 for a root.
     n_leaves : int
-        How many of the first fronts are leaves.
+        How many of the first fronts are leaves; those that are coupled with nothing are the last of them.
     """
 
     order: IntArray
@@ -79,6 +79,11 @@ class FrontTree:
     row_positions: IntArray
     parent: IntArray
     n_leaves: int = 0
+
+    @property
+    def n_coupled(self) -> int:
+        """How many leaves are coupled with something."""
+        return int(np.searchsorted(self.row_start[: self.n_leaves + 1], self.row_start[self.n_leaves]))
 
     def rows(self, front: int) -> IntArray:
         """Rows of one front, ascending positions."""
@@ -115,7 +120,7 @@ def with_leaves(structure: BlockStructure, leaves: Leaves, rest: FrontTree, node
     of_rows = structure.sizes[leaves.neighbours]
     unknowns, divisor = np.bincount(leaf, of_rows, k), np.ones(k, dtype=np.int64)
     divisor[has_rows] = np.gcd.reduceat(of_rows, leaves.start[:-1][has_rows]) if rows.size else 1
-    by_shape = np.lexsort((above, divisor, unknowns, structure.sizes[leaves.nodes]))
+    by_shape = np.lexsort((above, divisor, unknowns, structure.sizes[leaves.nodes], ~has_rows))
     place = np.empty(k, dtype=np.int64)
     place[by_shape] = np.arange(k)
     sorted_rows = np.lexsort((rows, place[leaf]))

@@ -48,8 +48,11 @@ def select_inverse(factor: Factor) -> SelectedInverse:
 
 
 def _invert_fronts(factor: Factor, inverse: FloatArray) -> None:
-    """Z₁₁ and Z₂₁ of all fronts that are no leaves."""
+    """Z₁₁ and Z₂₁ of all fronts but for leaves that are coupled with others."""
     symbolic = factor.symbolic
+    for batch in symbolic.batches:
+        if not batch.n_pieces:
+            batch.invert(factor.panel, batch.inverses(factor.panel), inverse)
     fronts, parents = symbolic.fronts, symbolic.layout.tree.parent.tolist()
     waiting = np.bincount(symbolic.layout.tree.parent[fronts.start :] + 1, minlength=len(parents) + 1)[1:].tolist()
     remaining: dict[int, FloatArray] = {}
@@ -88,7 +91,7 @@ class SelectedInverse:
     ----------
     factor : Factor
     upper : (factor_entries,) float
-        Z₁₁ and Z₂₁ of every front that is no leaf.
+        Z₁₁ and Z₂₁ of every front but for leaves that are coupled with others.
     """
 
     factor: Factor
@@ -101,7 +104,10 @@ class SelectedInverse:
 
     @cached_property
     def panel(self) -> FloatArray:
-        """Z₁₁ and Z₂₁ of every front, (factor_entries,); those of leaves are computed when they are first asked for."""
+        """Z₁₁ and Z₂₁ of every front, (factor_entries,).
+
+        Those of leaves that are coupled with others are computed when this is first asked for.
+        """
         symbolic = self.factor.symbolic
         kernels = inverse_kernels(symbolic.structure.n_unknowns)
         if kernels is not None:
@@ -109,13 +115,14 @@ class SelectedInverse:
             return self.upper
         with one_thread():
             for batch, inverses in zip(symbolic.batches, self.factor.leaf_inverses, strict=True):
-                batch.invert(self.factor.panel, inverses, self.upper)
+                if batch.n_pieces:
+                    batch.invert(self.factor.panel, inverses, self.upper)
         return self.upper
 
     def _gather(self, rows: IntArray, cols: IntArray) -> FloatArray:
         """Blocks of equal shape, (k, si, sj)."""
         places = self.layout.entries(rows, cols)
-        leaves_end = int(self.layout.offsets[self.layout.tree.n_leaves])
+        leaves_end = int(self.layout.offsets[self.layout.tree.n_coupled])
         return (self.panel if places.size and places.min() < leaves_end else self.upper)[places]
 
     @cached_property
@@ -124,7 +131,11 @@ class SelectedInverse:
 
         Aligned with structure.offsets, like the values of a BlockMatrix.
         """
-        return self.panel[self.layout.structure_entries]
+        symbolic = self.factor.symbolic
+        kernels = inverse_kernels(symbolic.structure.n_unknowns)
+        if kernels is None:
+            return self.panel[self.layout.structure_entries]
+        return symbolic.compiled.get(kernels, self.panel)
 
     def diagonal(self) -> FloatArray:
         """Diagonal of the inverse, (N,)."""

@@ -22,6 +22,19 @@ from splinebba_cli.core.estimation.dense_compiled import (
 
 
 @njit(cache=True, nogil=True)
+def get(first, end, blocks, diagonal, panel, values):
+    """Blocks first .. end - 1 from their places, diagonal blocks from the lower triangle."""
+    offsets, n_rows, n_cols, start, row_step, col_step = blocks
+    for b in range(first, end):
+        k = offsets[b]
+        for i in range(n_rows[b]):
+            for j in range(n_cols[b]):
+                row, col = (max(i, j), min(i, j)) if diagonal[b] else (i, j)
+                values[k] = panel[start[b] + row * row_step[b] + col * col_step[b]]
+                k += 1
+
+
+@njit(cache=True, nogil=True)
 def invert_fronts(fronts, plan, panel, selected, work):
     """Z₁₁ and Z₂₁ of fronts, from the last to the first; Z₂₂ stays in the working memory."""
     pivots, rows, offsets = plan[0], plan[1], plan[2]
