@@ -54,7 +54,9 @@ def block_pattern(n_images: int) -> tuple[BlockStructure, FloatArray]:
     first, of_strip = rng.integers(0, length - 2, n_curves), rng.integers(0, n_strips - 1, n_curves)
     in_strip, strips = rng.integers(2, 4, n_curves), rng.integers(1, 3, n_curves)
     pairs = [
-        np.stack([(of_strip + s) * length + first + a, n + np.arange(n_curves)])[:, (a < in_strip) & (s < strips)]
+        np.stack([(of_strip + s) * length + first + a, n + np.arange(n_curves)])[
+            :, (a < in_strip) & (s < strips)
+        ]
         for s in range(2)
         for a in range(3)
     ]
@@ -100,7 +102,9 @@ def peak_memory() -> int:
 def measure(n_images: int, repeats: int) -> dict[str, float]:
     """Times and memory of one size, in this process."""
     small, place = block_pattern(40)
-    analyse(small, place).factorize(dominant_values(small)).selected_inverse().panel.sum()  # loads what is loaded once
+    analyse(small, place).factorize(
+        dominant_values(small)
+    ).selected_inverse().panel.sum()  # loads what is loaded once
     structure, positions = block_pattern(n_images)
     values = dominant_values(structure)
     before = peak_memory()
@@ -134,7 +138,9 @@ def print_growth(rows: list[dict[str, float]]) -> None:
     print(f"{'images':>7} {'unknowns':>9} {'fronts':>7} {'GFLOP':>8}", *(f"{t:>9}" for t in TIMES), end="")
     print(f" {'GFLOP/s':>8} {'predicted MB':>13} {'measured MB':>12}")
     for row in rows:
-        print(f"{row['images']:7.0f} {row['unknowns']:9.0f} {row['fronts']:7.0f} {row['GFLOP']:8.3f}", end=" ")
+        print(
+            f"{row['images']:7.0f} {row['unknowns']:9.0f} {row['fronts']:7.0f} {row['GFLOP']:8.3f}", end=" "
+        )
         print(*(f"{row[t]:9.4f}" for t in TIMES), f"{row['GFLOP'] / row['factor']:8.1f}", end=" ")
         print(f"{row['predicted'] / 1e6:13.1f} {row['measured'] / 1e6:12.1f}")
     if len(rows) > 2:
@@ -167,7 +173,9 @@ def _front(top: FloatArray, below: FloatArray) -> FloatArray:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--images", type=int, nargs="+", default=[100, 1000, 10_000, 50_000])
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--fronts-only", action="store_true")

@@ -263,7 +263,6 @@ class SymbolicFactor:
                 target.add_remaining(update, updates, above, remaining)
         return None
 
-
     def _failed_leaf(self, panel: FloatArray, batch: LeafBatch) -> int:
         """The place of the first failed pivot of a batch; the leaves before it are factored."""
         for front in range(batch.first, batch.end):

@@ -57,7 +57,9 @@ def eliminate(fronts, plan, panel, work):
                 _add_leaf(scalars, child, plan, panel, top, below, waiting, n, r, square)
             else:
                 size = rows[child]
-                _add(child, plan, work[update[child] : update[child] + size * size], top, below, waiting, n, r)
+                _add(
+                    child, plan, work[update[child] : update[child] + size * size], top, below, waiting, n, r
+                )
         if factor(scalars, top, n) != 0:
             return False
         if r > 0:
@@ -162,7 +164,13 @@ def forward_lonely(leaves, plan, panel, x):
 
 @njit(cache=True, nogil=True)
 def _forward(front, plan, panel, x, change, below):
-    n, r, start, first, row_start = plan[0][front], plan[1][front], plan[2][front], plan[3][front], plan[4][front]
+    n, r, start, first, row_start = (
+        plan[0][front],
+        plan[1][front],
+        plan[2][front],
+        plan[3][front],
+        plan[4][front],
+    )
     below[:r] = 0.0
     own, more = x[first : first + n], change[first : first + n]
     for j in range(n):
@@ -203,7 +211,13 @@ def backward_lonely(leaves, plan, panel, x):
 
 @njit(cache=True, nogil=True)
 def _backward(front, plan, panel, x, below):
-    n, r, start, first, row_start = plan[0][front], plan[1][front], plan[2][front], plan[3][front], plan[4][front]
+    n, r, start, first, row_start = (
+        plan[0][front],
+        plan[1][front],
+        plan[2][front],
+        plan[3][front],
+        plan[4][front],
+    )
     unknown = plan[5][row_start : row_start + r]
     for k in range(r):
         below[k] = x[unknown[k]]

@@ -120,9 +120,7 @@ class CompiledFronts:
         plan, work = self._factor_plan, np.empty(self.schedule.update_size)
         with one_thread():
             done = [kernels.eliminate_lonely(self.lonely, plan, panel)]
-            done += in_threads(
-                lambda part: kernels.eliminate(part, plan, panel, work), self.schedule.parts
-            )
+            done += in_threads(lambda part: kernels.eliminate(part, plan, panel, work), self.schedule.parts)
         return all(done) and all(self._over_top(lambda run: kernels.eliminate(run, plan, panel, work)))
 
     def solve(self, kernels: Any, panel: FloatArray, x: FloatArray) -> None:
@@ -155,9 +153,7 @@ class CompiledFronts:
         """Z₁₁ and Z₂₁ of the leaves that are coupled with others."""
         plan, work = self._inverse_plan, np.empty(self.schedule.outer_size)
         kernels.invert_leaves(self.schedule.top, plan, panel, selected, work)
-        in_threads(
-            lambda part: kernels.invert_leaves(part, plan, panel, selected, work), self.schedule.parts
-        )
+        in_threads(lambda part: kernels.invert_leaves(part, plan, panel, selected, work), self.schedule.parts)
 
     def _over_top(self, work: Callable[[IntArray], Any], backwards: int = 1) -> list[Any]:
         """Work on the top, large fronts with all threads of BLAS."""

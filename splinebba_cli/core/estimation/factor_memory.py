@@ -117,7 +117,9 @@ def _help(symbolic: SymbolicFactor) -> str:
     """What would help, by what makes the factor large."""
     largest = int(symbolic.layout.pivots.max(initial=0))
     share = symbolic.layout.offsets[-1] - symbolic.layout.offsets[-2]
-    ways = "close other programs, raise the limit of the container or of `ulimit -v`, or take a larger machine"
+    ways = (
+        "close other programs, raise the limit of the container or of `ulimit -v`, or take a larger machine"
+    )
     if share > 0.5 * symbolic.factor_entries:
         return (
             f"{ways}; {largest} unknowns are eliminated together because most of the block is coupled by features that "

@@ -52,7 +52,7 @@ class LeafBatch:
     @property
     def n_pieces(self) -> int:
         """Pieces m of the rows of a leaf."""
-        return self.rows.shape[1] // self.step
+        return int(self.rows.shape[1]) // self.step
 
     @property
     def n_pivots(self) -> int:
@@ -131,7 +131,7 @@ class LeafBatch:
         """
         top, below = self.panels(panel)
         try:
-            lower = np.linalg.cholesky(top.transpose(0, 2, 1))
+            lower = np.asarray(np.linalg.cholesky(top.transpose(0, 2, 1)), dtype=np.float64)
         except np.linalg.LinAlgError:
             return None
         top[...] = lower.transpose(0, 2, 1)
@@ -201,7 +201,7 @@ def leaf_batches(layout: PanelLayout, places: RowPlaces) -> list[LeafBatch]:
 def inverse_triangles(lower: FloatArray) -> FloatArray:
     """Inverses of lower triangular matrices, (k, n, n), row by row for all at once.
 
-        x_jj = 1 / l_jj,    x_jm = −x_jj Σ_i l_ji x_im   (m ≤ i < j)
+    x_jj = 1 / l_jj,    x_jm = −x_jj Σ_i l_ji x_im   (m ≤ i < j)
     """
     part = np.ascontiguousarray(lower.transpose(1, 2, 0))
     x = np.zeros_like(part)

@@ -16,13 +16,12 @@ import numpy as np
 
 from splinebba_cli.core.estimation.block_matrix import (
     BlockStructure,
-    FloatArray,
     IntArray,
     PairNotInPattern,
 )
 from splinebba_cli.core.estimation.fronts import FrontTree
 
-BLOCKS = 20_000
+BLOCKS = 2_000
 """Blocks whose places are computed at a time."""
 
 

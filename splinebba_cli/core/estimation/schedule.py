@@ -71,7 +71,11 @@ def schedule(layout: PanelLayout, n_parts: int) -> Schedule:
     of_fronts = part[fronts]
     groups = [fronts[of_fronts == p] for p in range(n_parts)]
     top = fronts[of_fronts < 0]
-    squares, update, outer = layout.rows**2, np.zeros(n_fronts, dtype=np.int64), np.zeros(n_fronts, dtype=np.int64)
+    squares, update, outer = (
+        layout.rows**2,
+        np.zeros(n_fronts, dtype=np.int64),
+        np.zeros(n_fronts, dtype=np.int64),
+    )
     update_size = 0
     depth = _depths(parent)
     for group in [top, *groups]:
@@ -155,7 +159,8 @@ def _stack_updates(
 ) -> int:
     """Places of the updates of one group of fronts from base on; the end of its memory."""
     inside = set(group.tolist())
-    used, peak, lowest = [0, 0], [0, 0], {}
+    used, peak = [0, 0], [0, 0]
+    lowest: dict[int, int] = {}
     for front in group.tolist():
         own = int(depth[front]) % 2
         update[front] = used[own]

@@ -54,7 +54,9 @@ def _invert_fronts(factor: Factor, inverse: FloatArray) -> None:
         if not batch.n_pieces:
             batch.invert(factor.panel, batch.inverses(factor.panel), inverse)
     fronts, parents = symbolic.fronts, symbolic.layout.tree.parent.tolist()
-    waiting = np.bincount(symbolic.layout.tree.parent[fronts.start :] + 1, minlength=len(parents) + 1)[1:].tolist()
+    waiting = np.bincount(symbolic.layout.tree.parent[fronts.start :] + 1, minlength=len(parents) + 1)[
+        1:
+    ].tolist()
     remaining: dict[int, FloatArray] = {}
     for front in fronts_with_threads(reversed(fronts), symbolic.unknowns_of_fronts):
         above = parents[front]

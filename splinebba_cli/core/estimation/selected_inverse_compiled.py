@@ -134,7 +134,9 @@ def _invert_leaf(leaf, plan, panel, selected, w, outer):
             column = panel[below + i * r : below + (i + 1) * r]
             for k in range(r):
                 own[k] += x_ij * column[k]
-    for j in range(n):  # Xᵀ X column by column; entries below the diagonal of column j need columns of X from j on
+    for j in range(
+        n
+    ):  # Xᵀ X column by column; entries below the diagonal of column j need columns of X from j on
         for k in range(j, n):
             total = 0.0
             for i in range(k, n):
