@@ -41,6 +41,7 @@ from splinebba_cli.core.estimation.leaf_batches import LeafBatch, leaf_batches
 from splinebba_cli.core.estimation.leaf_nodes import find_leaves, no_leaves, without_leaves
 from splinebba_cli.core.estimation.ordering import checked_positions, global_nodes, nested_dissection
 from splinebba_cli.core.estimation.panel_layout import PanelLayout
+from splinebba_cli.core.estimation.schedule import Schedule, schedule
 from splinebba_cli.core.threads import in_threads
 
 if TYPE_CHECKING:
@@ -151,6 +152,11 @@ class SymbolicFactor:
         return float(front_operations(n, r).sum())
 
     @cached_property
+    def order(self) -> Schedule:
+        """Where updates wait, all fronts one after the other."""
+        return schedule(self.layout, 1)
+
+    @cached_property
     def compiled(self) -> CompiledFronts:
         """The same for compiled kernels."""
         return CompiledFronts.of(self.layout, self.places)
@@ -234,8 +240,7 @@ class SymbolicFactor:
 
     def _eliminate(self, panel: FloatArray) -> int | None:
         """Replace the assembled matrix by its factor; the place of a failed pivot, or None."""
-        parents = self.layout.tree.parent.tolist()
-        updates: dict[int, FloatArray] = {}
+        order, work = self.order, np.empty(self.order.update_size)
         with one_thread():
             updates_of_leaves = in_threads(lambda batch: batch.eliminate(panel), self.batches)
         for batch, update in zip(self.batches, updates_of_leaves, strict=True):
@@ -244,24 +249,22 @@ class SymbolicFactor:
             batch.add(update, panel)
         for front in fronts_with_threads(self.fronts, self.unknowns_of_fronts):
             top, below = self.panels(panel, front)
+            update = self._waiting(work, front)
+            update[...] = 0.0
+            for child in order.below(front):
+                self.targets[child].add(self._waiting(work, child), top, below, update)
             _, info = lapack.dpotrf(top, lower=1, clean=0, overwrite_a=1)
             if info != 0:
                 return int(self.layout.unknown[self.layout.tree.first[front]] + info - 1)
-            if below.shape[0] == 0:
-                continue
-            blas.dtrsm(1.0, top, below, side=1, lower=1, trans_a=1, overwrite_b=1)
-            update = updates.pop(front, None)
-            if update is None:
-                update = blas.dsyrk(-1.0, below, lower=1)
-            else:
-                update = blas.dsyrk(-1.0, below, beta=1.0, c=update, lower=1, overwrite_c=1)
-            above = parents[front]
-            target = self.targets[front]
-            target.add(update, *self.panels(panel, above))
-            remaining = int(self.layout.rows[above])
-            if remaining:
-                target.add_remaining(update, updates, above, remaining)
+            if len(below):
+                blas.dtrsm(1.0, top, below, side=1, lower=1, trans_a=1, overwrite_b=1)
+                blas.dsyrk(-1.0, below, beta=1.0, c=update, lower=1, overwrite_c=1)
         return None
+
+    def _waiting(self, work: FloatArray, front: int) -> FloatArray:
+        """The update of a front in the working memory, (r, r), Fortran order."""
+        start, r = int(self.order.update[front]), int(self.layout.rows[front])
+        return work[start : start + r * r].reshape((r, r), order="F")
 
     def _failed_leaf(self, panel: FloatArray, batch: LeafBatch) -> int:
         """The place of the first failed pivot of a batch; the leaves before it are factored."""

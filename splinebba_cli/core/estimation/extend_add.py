@@ -82,27 +82,13 @@ class UpdateTarget:
     pivots_in_parent: Index
     rows_in_parent: Index
 
-    def add(self, update: FloatArray, top: FloatArray, below: FloatArray) -> None:
-        """Add U₁₁ and U₂₁ to the parent's A₁₁ and A₂₁."""
+    def add(self, update: FloatArray, top: FloatArray, below: FloatArray, waiting: FloatArray) -> None:
+        """Add U₁₁, U₂₁ and U₂₂ to the parent's A₁₁, A₂₁ and update."""
         k = self.split
         _add_block(top, self.pivots_in_parent, self.pivots_in_parent, update[:k, :k])
         if k < len(update):
             _add_block(below, self.rows_in_parent, self.pivots_in_parent, update[k:, :k])
-
-    def add_remaining(
-        self, update: FloatArray, updates: dict[int, FloatArray], parent: int, rows: int
-    ) -> None:
-        """Add U₂₂ to the update of the parent, which is begun if this is the first one."""
-        k = self.split
-        if k == len(update):
-            return
-        begun = updates.get(parent)
-        if begun is not None:
-            _add_block(begun, self.rows_in_parent, self.rows_in_parent, update[k:, k:])
-            return
-        begun = np.zeros((rows, rows), order="F")
-        begun[_pair(self.rows_in_parent, self.rows_in_parent)] = update[k:, k:]
-        updates[parent] = begun
+            _add_block(waiting, self.rows_in_parent, self.rows_in_parent, update[k:, k:])
 
     def take(self, top: FloatArray, below: FloatArray, remaining: FloatArray) -> FloatArray:
         """Lower triangle of the parent's matrix on this front's rows, (r, r), Fortran order."""

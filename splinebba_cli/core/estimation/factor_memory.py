@@ -16,11 +16,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from splinebba_cli.core.estimation.block_matrix import FloatArray
 from splinebba_cli.core.estimation.compiled_fronts import factor_kernels
-from splinebba_cli.core.estimation.schedule import schedule
 from splinebba_cli.core.memory import available_memory
 from splinebba_cli.core.result import Problem
 from splinebba_cli.errors import NotEnoughMemoryError
@@ -58,8 +54,8 @@ def factor_memory(symbolic: SymbolicFactor) -> FactorMemory:
         index += structure.n_entries
         squares = layout.rows[:leaves] ** 2
         leaf_pairs = int(squares.sum())
-        update, outer = _waiting_updates(symbolic), schedule(layout, 1).outer_size
-        inverse = outer + int((layout.pivots[:leaves] ** 2).sum())
+        update = symbolic.order.update_size
+        inverse = symbolic.order.outer_size + int((layout.pivots[:leaves] ** 2).sum())
     else:
         index += 5 * len(structure.rows)
         update, inverse = symbolic.compiled.schedule.update_size, symbolic.compiled.schedule.outer_size
@@ -68,20 +64,6 @@ def factor_memory(symbolic: SymbolicFactor) -> FactorMemory:
         update + leaf_pairs, symbolic.factor_entries + inverse,
     )  # fmt: skip
     return FactorMemory(*(NUMBER * int(n) for n in numbers))
-
-
-def _waiting_updates(symbolic: SymbolicFactor) -> int:
-    """Entries of the updates that wait at a time, each begun by the first front below its own."""
-    parent, n_leaves = symbolic.layout.tree.parent, symbolic.layout.tree.n_leaves
-    squares: FloatArray = symbolic.layout.rows.astype(np.float64) ** 2
-    fronts = np.arange(n_leaves, len(parent))
-    begun = np.arange(len(parent))
-    below = fronts[parent[fronts] >= 0]
-    np.minimum.at(begun, parent[below], below)
-    waiting = np.zeros(len(parent) + 1)
-    np.add.at(waiting, begun[fronts], squares[fronts])
-    np.add.at(waiting, fronts + 1, -squares[fronts])
-    return int(np.cumsum(waiting).max(initial=0.0) + squares[n_leaves:].max(initial=0.0))
 
 
 def require_memory(symbolic: SymbolicFactor, available: float | None = None) -> FactorMemory:

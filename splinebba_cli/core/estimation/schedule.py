@@ -48,6 +48,8 @@ class Schedule:
         First entry of Z₂₂ of each front.
     outer_size : int
         Length of the working memory of the selected inverse.
+    n_leaves : int
+        How many of the first fronts are leaves.
     """
 
     parts: tuple[IntArray, ...]
@@ -58,6 +60,12 @@ class Schedule:
     update_size: int
     outer: IntArray
     outer_size: int
+    n_leaves: int
+
+    def below(self, front: int) -> list[int]:
+        """Fronts below a front, but for leaves."""
+        children = self.children[self.child_start[front] : self.child_start[front + 1]]
+        return [child for child in children.tolist() if child >= self.n_leaves]
 
 
 def schedule(layout: PanelLayout, n_parts: int) -> Schedule:
@@ -84,7 +92,17 @@ def schedule(layout: PanelLayout, n_parts: int) -> Schedule:
     outer_size = int(squares[top].sum())
     for group in groups:
         outer_size = _stack_outers(group, parent, squares, outer, outer_size)
-    return Schedule(tuple(groups), top, child_start, children, update, update_size, outer, outer_size)
+    return Schedule(
+        tuple(groups),
+        top,
+        child_start,
+        children,
+        update,
+        update_size,
+        outer,
+        outer_size,
+        layout.tree.n_leaves,
+    )
 
 
 def _part_of_fronts(layout: PanelLayout, children: IntArray, child_start: IntArray, n_parts: int) -> IntArray:
