@@ -7,7 +7,8 @@ eliminates:
 
     L₁₁ L₁₁ᵀ = A₁₁,    L₂₁ = A₂₁ L₁₁⁻ᵀ,    update for the parent: U − L₂₁ L₂₁ᵀ
 
-All three are dense (LAPACK potrf, BLAS trsm and syrk).  `analyse` depends on the pattern only and
+All three are dense (LAPACK potrf, BLAS trsm and syrk).  Leaves (`leaf_nodes`) come first and in batches; where the
+matrix is large, compiled kernels do all of it (`compiled_fronts`).  `analyse` depends on the pattern only and
 is done once for an adjustment; `SymbolicFactor.factorize` is repeated in every iteration.
 
 References
