@@ -112,6 +112,7 @@ ERROR_CODES: dict[str, str] = {
     "SBB542": "the weights did not settle",
     "SBB543": "no solution without the outliers",
     "SBB544": "observations excluded by the user",
+    "SBB570": "not enough memory for the normal equations",
     # 6xx: output
     "SBB601": "results cannot be written",
     "SBB602": "not a result folder",
@@ -224,3 +225,9 @@ class NotConvergedError(NotSolvableError):
     """The iterations ended without a negligible step."""
 
     default_code = "SBB502"
+
+
+class NotEnoughMemoryError(NotSolvableError):
+    """The normal equations need more memory than there is."""
+
+    default_code = "SBB570"

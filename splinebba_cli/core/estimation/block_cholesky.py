@@ -7,7 +7,8 @@ eliminates:
 
     L₁₁ L₁₁ᵀ = A₁₁,    L₂₁ = A₂₁ L₁₁⁻ᵀ,    update for the parent: U − L₂₁ L₂₁ᵀ
 
-All three are dense (LAPACK potrf, BLAS trsm and syrk).  `analyse` depends on the pattern only and
+All three are dense (LAPACK potrf, BLAS trsm and syrk).  Leaves (`leaf_nodes`) come first and in batches; where the
+matrix is large, compiled kernels do all of it (`compiled_fronts`).  `analyse` depends on the pattern only and
 is done once for an adjustment; `SymbolicFactor.factorize` is repeated in every iteration.
 
 References
@@ -20,25 +21,36 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 from scipy.linalg import blas, lapack
 
-from splinebba_cli.core.estimation.blas_threads import fronts_with_threads
+from splinebba_cli.core.estimation.blas_threads import fronts_with_threads, one_thread
 from splinebba_cli.core.estimation.block_matrix import BlockStructure, FloatArray
-from splinebba_cli.core.estimation.extend_add import UpdateTarget, update_target
-from splinebba_cli.core.estimation.fronts import build_fronts, front_operations
-from splinebba_cli.core.estimation.ordering import nested_dissection
+from splinebba_cli.core.estimation.compiled_fronts import FEW, CompiledFronts, factor_kernels
+from splinebba_cli.core.estimation.extend_add import RowPlaces, UpdateTarget, row_places, update_target
+from splinebba_cli.core.estimation.fronts import (
+    COMPILED,
+    PLAIN,
+    build_fronts,
+    front_operations,
+    with_leaves,
+)
+from splinebba_cli.core.estimation.leaf_batches import LeafBatch, leaf_batches
+from splinebba_cli.core.estimation.leaf_nodes import find_leaves, no_leaves, without_leaves
+from splinebba_cli.core.estimation.ordering import checked_positions, global_nodes, nested_dissection
 from splinebba_cli.core.estimation.panel_layout import PanelLayout
+from splinebba_cli.core.estimation.schedule import Schedule, schedule
+from splinebba_cli.core.threads import in_threads
 
 if TYPE_CHECKING:
     from splinebba_cli.core.estimation.selected_inverse import SelectedInverse
 
 SINGLE_FRONT = 300
 """Up to so many unknowns are eliminated in one front."""
-LEAF_UNKNOWNS = 60
+PART_UNKNOWNS = 60
 """Parts of so many unknowns are not divided further; merging fronts decides the rest."""
 
 
@@ -78,12 +90,18 @@ def analyse(structure: BlockStructure, positions: npt.ArrayLike | None = None) -
     -------
     SymbolicFactor
     """
-    leaf = SINGLE_FRONT if structure.n_unknowns <= SINGLE_FRONT else LEAF_UNKNOWNS
-    dissection = nested_dissection(structure, positions, leaf)
-    tree = build_fronts(structure, dissection)
-    layout = PanelLayout.of_tree(structure, tree)
-    targets = [update_target(layout, front) for front in range(len(tree.parent))]
-    return SymbolicFactor(structure, layout, targets)
+    place = checked_positions(positions, structure.n_nodes)
+    everywhere = global_nodes(structure, place)
+    if structure.n_unknowns <= SINGLE_FRONT:
+        leaves, part = no_leaves(), SINGLE_FRONT
+    else:
+        leaves, part = find_leaves(structure, everywhere), PART_UNKNOWNS
+    rest, nodes = without_leaves(structure, leaves)
+    costs = PLAIN if factor_kernels(structure.n_unknowns) is None else COMPILED
+    dissection = nested_dissection(rest, place[nodes], part, everywhere[nodes])
+    tree = build_fronts(rest, dissection, costs)
+    layout = PanelLayout.of_tree(structure, with_leaves(structure, leaves, tree, nodes))
+    return SymbolicFactor(structure, layout, row_places(layout))
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,13 +113,33 @@ class SymbolicFactor:
     structure : BlockStructure
     layout : PanelLayout
         Fronts and the places of their entries.
-    targets : list of UpdateTarget
+    places : RowPlaces
         Where each front's update goes in its parent.
     """
 
     structure: BlockStructure
     layout: PanelLayout
-    targets: list[UpdateTarget]
+    places: RowPlaces
+
+    @property
+    def n_fronts(self) -> int:
+        """Number of fronts."""
+        return len(self.layout.pivots)
+
+    @property
+    def fronts(self) -> range:
+        """Fronts that are no leaves, in the order of elimination."""
+        return range(self.layout.tree.n_leaves, self.n_fronts)
+
+    @cached_property
+    def batches(self) -> list[LeafBatch]:
+        """The leaves, shape by shape."""
+        return leaf_batches(self.layout, self.places)
+
+    @cached_property
+    def targets(self) -> dict[int, UpdateTarget]:
+        """Where the update of each front that is no leaf goes."""
+        return {front: update_target(self.layout, self.places, front) for front in self.fronts}
 
     @property
     def factor_entries(self) -> int:
@@ -111,26 +149,18 @@ class SymbolicFactor:
     @property
     def flops(self) -> float:
         """Floating-point operations of one factorisation."""
-        fronts = zip(self.layout.pivots.tolist(), self.layout.rows.tolist(), strict=True)
-        return float(sum(front_operations(n, r) for n, r in fronts))
+        n, r = self.layout.pivots.astype(np.float64), self.layout.rows.astype(np.float64)
+        return float(front_operations(n, r).sum())
 
-    @property
-    def bytes(self) -> int:
-        """Predicted memory of one factorisation: factor, updates under way, places of the values.
+    @cached_property
+    def order(self) -> Schedule:
+        """Where updates wait, all fronts one after the other."""
+        return schedule(self.layout, 1)
 
-        The selected inverse takes as much again.
-        """
-        pending = np.zeros(len(self.targets) + 1)
-        parent = self.layout.tree.parent
-        squares = self.layout.rows.astype(np.float64) ** 2
-        first_child = np.arange(len(parent))
-        for front, above in enumerate(parent.tolist()):
-            if above >= 0:
-                first_child[above] = min(first_child[above], front)
-        np.add.at(pending, first_child, squares)
-        np.add.at(pending, np.arange(len(parent)) + 1, -squares)
-        peak = float(np.cumsum(pending).max(initial=0.0) + squares.max(initial=0.0))
-        return 8 * (self.factor_entries + self.structure.n_entries) + int(8 * peak)
+    @cached_property
+    def compiled(self) -> CompiledFronts:
+        """The same for compiled kernels."""
+        return CompiledFronts.of(self.layout, self.places)
 
     @cached_property
     def unknowns_of_fronts(self) -> list[int]:
@@ -176,12 +206,14 @@ class SymbolicFactor:
             raise ValueError(f"{self.structure.n_entries} values expected, got {np.shape(values)}")
         if damping is not None and np.shape(damping) != (n,):
             raise ValueError(f"damping for {n} unknowns expected, got {np.shape(damping)}")
-        panel = np.zeros(layout.n_entries)
-        panel[layout.structure_entries] = values
-        if damping is not None:
-            panel[layout.diagonal_entries] += damping[layout.permutation]
+        kernels, failed = factor_kernels(n), None
+        panel = self._assembled(kernels, values, damping)
         diagonal = panel[layout.diagonal_entries]
-        failed = self._eliminate(panel)
+        if kernels is None:
+            failed = self._eliminate(panel)
+        elif not self.compiled.eliminate(kernels, panel):
+            panel = self._assembled(None, values, damping)
+            failed = self._eliminate(panel)  # the plain way says where
         pivots = panel[layout.diagonal_entries[:failed]] ** 2
         small = np.flatnonzero(~(pivots >= pivot_tolerance * diagonal[: len(pivots)]))
         if small.size:
@@ -190,6 +222,18 @@ class SymbolicFactor:
             raise self._failure(failed, float("nan"))
         return Factor(self, panel)
 
+    def _assembled(self, kernels: Any, values: FloatArray, damping: FloatArray | None) -> FloatArray:
+        """The matrix in the places of its factor, (factor_entries,)."""
+        layout = self.layout
+        panel = np.zeros(layout.n_entries)
+        if kernels is None:
+            panel[layout.structure_entries] = values
+        else:
+            self.compiled.put(kernels, np.ascontiguousarray(values), panel)
+        if damping is not None:
+            panel[layout.diagonal_entries] += damping[layout.permutation]
+        return panel
+
     def _failure(self, eliminated: int, ratio: float) -> NotPositiveDefinite:
         unknown = int(self.layout.permutation[eliminated])
         node = int(np.searchsorted(self.structure.starts, unknown, side="right")) - 1
@@ -197,28 +241,39 @@ class SymbolicFactor:
 
     def _eliminate(self, panel: FloatArray) -> int | None:
         """Replace the assembled matrix by its factor; the place of a failed pivot, or None."""
-        parents = self.layout.tree.parent.tolist()
-        updates: dict[int, FloatArray] = {}
-        for front in fronts_with_threads(range(len(parents)), self.unknowns_of_fronts):
+        order, work = self.order, np.empty(self.order.update_size)
+        with one_thread():
+            updates_of_leaves = in_threads(lambda batch: batch.eliminate(panel), self.batches)
+        for batch, update in zip(self.batches, updates_of_leaves, strict=True):
+            if update is None:
+                return self._failed_leaf(panel, batch)
+            batch.add(update, panel)
+        for front in fronts_with_threads(self.fronts, self.unknowns_of_fronts):
             top, below = self.panels(panel, front)
+            update = self._waiting(work, front)
+            update[...] = 0.0
+            for child in order.below(front):
+                self.targets[child].add(self._waiting(work, child), top, below, update)
             _, info = lapack.dpotrf(top, lower=1, clean=0, overwrite_a=1)
             if info != 0:
                 return int(self.layout.unknown[self.layout.tree.first[front]] + info - 1)
-            if below.shape[0] == 0:
-                continue
-            blas.dtrsm(1.0, top, below, side=1, lower=1, trans_a=1, overwrite_b=1)
-            update = updates.pop(front, None)
-            if update is None:
-                update = blas.dsyrk(-1.0, below, lower=1)
-            else:
-                update = blas.dsyrk(-1.0, below, beta=1.0, c=update, lower=1, overwrite_c=1)
-            above = parents[front]
-            target = self.targets[front]
-            target.add(update, *self.panels(panel, above))
-            remaining = int(self.layout.rows[above])
-            if remaining:
-                target.add_remaining(update, updates, above, remaining)
+            if len(below):
+                blas.dtrsm(1.0, top, below, side=1, lower=1, trans_a=1, overwrite_b=1)
+                blas.dsyrk(-1.0, below, beta=1.0, c=update, lower=1, overwrite_c=1)
         return None
+
+    def _waiting(self, work: FloatArray, front: int) -> FloatArray:
+        """The update of a front in the working memory, (r, r), Fortran order."""
+        start, r = int(self.order.update[front]), int(self.layout.rows[front])
+        return work[start : start + r * r].reshape((r, r), order="F")
+
+    def _failed_leaf(self, panel: FloatArray, batch: LeafBatch) -> int:
+        """The place of the first failed pivot of a batch; the leaves before it are factored."""
+        for front in range(batch.first, batch.end):
+            _, info = lapack.dpotrf(self.panels(panel, front)[0], lower=1, clean=0, overwrite_a=1)
+            if info != 0:
+                return int(self.layout.unknown[self.layout.tree.first[front]] + info - 1)
+        raise AssertionError("a batch fails where none of its leaves does")
 
 
 @dataclass(frozen=True, eq=False)
@@ -264,14 +319,37 @@ class Factor:
         if right.size == 0:
             return right.copy()
         x = np.ascontiguousarray(right.reshape(len(right), -1)[permutation])
-        fronts = range(len(symbolic.targets))
+        kernels = factor_kernels(len(x)) if x.shape[1] <= FEW else None
+        if kernels is None:
+            self._solve_plain(x)
+        else:
+            for column in range(x.shape[1]):
+                one = np.ascontiguousarray(x[:, column])
+                symbolic.compiled.solve(kernels, self.panel, one)
+                x[:, column] = one
+        solution = np.empty_like(x)
+        solution[permutation] = x
+        return solution.reshape(right.shape)
+
+    def _solve_plain(self, x: FloatArray) -> None:
+        """Solve in place, x (N, k) in the order of elimination."""
+        symbolic = self.symbolic
+        fronts, batches = symbolic.fronts, symbolic.batches
+        with one_thread():
+            for batch, inverses in zip(batches, self.leaf_inverses, strict=True):
+                batch.forward(x, self.panel, inverses)
         for front in fronts_with_threads(fronts, symbolic.unknowns_of_fronts):
             self._forward(x, front)
         for front in fronts_with_threads(reversed(fronts), symbolic.unknowns_of_fronts):
             self._backward(x, front)
-        solution = np.empty_like(x)
-        solution[permutation] = x
-        return solution.reshape(right.shape)
+        with one_thread():
+            for batch, inverses in zip(batches, self.leaf_inverses, strict=True):
+                batch.backward(x, self.panel, inverses)
+
+    @cached_property
+    def leaf_inverses(self) -> list[FloatArray]:
+        """Inverses of L₁₁ of all leaves, batch by batch."""
+        return in_threads(lambda batch: batch.inverses(self.panel), self.symbolic.batches)
 
     def _forward(self, x: FloatArray, front: int) -> None:
         """x₁ ← L₁₁⁻¹ x₁,  x₂ ← x₂ − L₂₁ x₁  in place."""

@@ -20,6 +20,46 @@ from splinebba_cli.core.estimation.panel_layout import PanelLayout
 Index = IntArray | slice
 
 
+@dataclass(frozen=True, eq=False)
+class RowPlaces:
+    """Rows of all fronts, unknown by unknown.
+
+    Attributes
+    ----------
+    start : (f + 1,) int
+        First row of each front in `unknown` and `place`.
+    unknown : (R,) int
+        Each row among all unknowns in the order of elimination.
+    place : (R,) int
+        Each row in the parent of its front: among the pivots (below n), or n + its place among the rows.
+    split : (f,) int
+        How many rows of each front are pivots of its parent.
+    """
+
+    start: IntArray
+    unknown: IntArray
+    place: IntArray
+    split: IntArray
+
+
+def row_places(layout: PanelLayout) -> RowPlaces:
+    """Rows of all fronts of a layout."""
+    tree = layout.tree
+    n_fronts, rows = len(tree.parent), tree.row_positions
+    front = np.repeat(np.arange(n_fronts), np.diff(tree.row_start))
+    above = tree.parent[front]
+    first = layout.unknown[rows]
+    place = first - layout.unknown[tree.first[above]]
+    later = np.flatnonzero(rows >= tree.first[above + 1])
+    place[later] = layout.pivots[above[later]] + layout.row_starts(above[later], rows[later])
+    sizes = layout.unknown[rows + 1] - first
+    among_pivots = np.ones(len(rows), dtype=bool)
+    among_pivots[later] = False
+    start = np.concatenate([[0], np.cumsum(layout.rows)])
+    split = np.bincount(front, sizes * among_pivots, n_fronts).astype(np.int64)
+    return RowPlaces(start, _expand(first, sizes), _expand(place, sizes), split)
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class UpdateTarget:
     """Indices of one front.
@@ -42,27 +82,13 @@ class UpdateTarget:
     pivots_in_parent: Index
     rows_in_parent: Index
 
-    def add(self, update: FloatArray, top: FloatArray, below: FloatArray) -> None:
-        """Add U₁₁ and U₂₁ to the parent's A₁₁ and A₂₁."""
+    def add(self, update: FloatArray, top: FloatArray, below: FloatArray, waiting: FloatArray) -> None:
+        """Add U₁₁, U₂₁ and U₂₂ to the parent's A₁₁, A₂₁ and update."""
         k = self.split
         _add_block(top, self.pivots_in_parent, self.pivots_in_parent, update[:k, :k])
         if k < len(update):
             _add_block(below, self.rows_in_parent, self.pivots_in_parent, update[k:, :k])
-
-    def add_remaining(
-        self, update: FloatArray, updates: dict[int, FloatArray], parent: int, rows: int
-    ) -> None:
-        """Add U₂₂ to the update of the parent, which is begun if this is the first one."""
-        k = self.split
-        if k == len(update):
-            return
-        begun = updates.get(parent)
-        if begun is not None:
-            _add_block(begun, self.rows_in_parent, self.rows_in_parent, update[k:, k:])
-            return
-        begun = np.zeros((rows, rows), order="F")
-        begun[_pair(self.rows_in_parent, self.rows_in_parent)] = update[k:, k:]
-        updates[parent] = begun
+            _add_block(waiting, self.rows_in_parent, self.rows_in_parent, update[k:, k:])
 
     def take(self, top: FloatArray, below: FloatArray, remaining: FloatArray) -> FloatArray:
         """Lower triangle of the parent's matrix on this front's rows, (r, r), Fortran order."""
@@ -76,27 +102,21 @@ class UpdateTarget:
         return taken
 
 
-def update_target(layout: PanelLayout, front: int) -> UpdateTarget:
+def update_target(layout: PanelLayout, places: RowPlaces, front: int) -> UpdateTarget:
     """Indices of one front of a layout."""
     tree, unknown = layout.tree, layout.unknown
     pivots = slice(int(unknown[tree.first[front]]), int(unknown[tree.first[front + 1]]))
-    rows = tree.rows[front]
     parent = int(tree.parent[front])
     if parent < 0:
         return UpdateTarget(pivots, slice(0, 0), 0, slice(0, 0), slice(0, 0))
-    sizes = unknown[rows + 1] - unknown[rows]
-    split = int(np.searchsorted(rows, tree.first[parent + 1]))
-    expanded = _expand(unknown[rows], sizes)
-    k = int(sizes[:split].sum())
-    above = tree.rows[parent]
-    before = np.concatenate([[0], np.cumsum(unknown[above + 1] - unknown[above])])
-    places = before[np.searchsorted(above, rows[split:])]
+    rows = slice(int(places.start[front]), int(places.start[front + 1]))
+    place, k = places.place[rows], int(places.split[front])
     return UpdateTarget(
         pivots,
-        _as_slice(expanded),
+        _as_slice(places.unknown[rows]),
         k,
-        _as_slice(expanded[:k] - unknown[tree.first[parent]]),
-        _as_slice(_expand(places, sizes[split:])),
+        _as_slice(place[:k]),
+        _as_slice(place[k:] - layout.pivots[parent]),
     )
 
 

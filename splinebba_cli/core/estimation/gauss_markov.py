@@ -25,7 +25,9 @@ from splinebba_cli.core.result import Iteration
 from splinebba_cli.core.state import State, on_shape
 
 VANISHING = 1e-6  # of sigma
-NEGLIGIBLE = 2e-3  # of sigma, for the worst of all functions of the unknowns; a single unknown is far better
+NEGLIGIBLE = (
+    2e-3  # of the estimated sigma, for the worst of all functions of the unknowns; single ones are far better
+)
 RAPID = 0.02  # of the last step: shrinking faster, one more iteration brings many digits
 STATIONARY = 5e-2  # of sigma, where the cost no longer changes
 PIVOT_TOLERANCE = 1e-14
@@ -91,7 +93,9 @@ def solve(
     """
     run = _Run(assembler, stage, observer, Damping.starting(assembler, damping), damping > 0.0, stationary)
     at = _linearized(assembler, search_locations(assembler.prepared, state))
+    step: _Step | None = None
     for _ in range(max_iterations):
+        step = None  # its factor makes room for the next one
         step = run.step_from(at)
         if step is None:
             reason = "normal matrix is singular"
@@ -103,7 +107,7 @@ def solve(
         else:
             again = _searched_again(assembler, at)
             if again is at or again.cost >= at.cost * (1.0 - UNCHANGED) - UNCHANGED * VANISHING:
-                name = "step negligible" if step.length <= NEGLIGIBLE else "cost stationary"
+                name = "step negligible" if run.negligible(step, at) else "cost stationary"
                 return Solution(at, step.factor, step.eliminated, True, name, tuple(run.log))
             at, run.last_decrease = again, np.inf
         if run.damping.exhausted:
@@ -168,12 +172,16 @@ class _Run:
     def settled(self, step: _Step, at: Linearization) -> bool:
         """Whether a step is negligible, or small while neither it nor the cost shrinks any more."""
         contracting = step.length <= CONTRACTING * self.last_length
-        negligible = step.length <= NEGLIGIBLE and step.length > RAPID * self.last_length
+        rapid = step.length <= RAPID * self.last_length
         stationary = (
             self.last_decrease <= UNCHANGED * at.cost and step.length <= self.stationary and not contracting
         )
         self.last_length = step.length
-        return step.length <= VANISHING or negligible or stationary
+        return step.length <= VANISHING or (self.negligible(step, at) and not rapid) or stationary
+
+    def negligible(self, step: _Step, at: Linearization) -> bool:
+        """Whether no function of the unknowns changes by a share of its standard deviation that counts."""
+        return step.length <= max(VANISHING, NEGLIGIBLE * min(1.0, self.assembler.deviation(at)))
 
     def make_plain(self) -> None:
         """Take off the damping first, then the second-order part."""

@@ -23,6 +23,7 @@ from splinebba_cli.core.estimation.elimination import (
     PointPairs,
     eliminate_points,
 )
+from splinebba_cli.core.estimation.factor_memory import require_memory
 from splinebba_cli.core.estimation.kept_points import KeptPoints
 from splinebba_cli.core.estimation.linked_windows import LinkedWindows
 from splinebba_cli.core.estimation.located_points import Located, ResidualsOnCurves
@@ -189,6 +190,14 @@ class Assembler:
             coefficient_jacobian, cost, values, side, self.structure, prepared, self.layout, self.orientation_size,
         )  # fmt: skip
 
+    def deviation(self, at: Linearization) -> float:
+        """Standard deviation of unit weight as far as it is known without redundancy numbers: sqrt(v'Pv / n)."""
+        network = self.prepared.network
+        scalars = len(network.arc_lengths) + len(network.tangents) + len(network.distances)
+        count = len(network.curve_observations) + 2 * len(network.point_observations) + scalars
+        count += len(self.coefficient_rows) + at.orientation_priors.residual.size
+        return float(np.sqrt(at.cost / max(1, count)))
+
     def eliminate(self, at: Linearization, damping: float) -> tuple[FloatArray, FloatArray, EliminatedPoints]:
         """Flat values and right-hand side of the reduced system, points eliminated, diagonal times 1 + damping.
 
@@ -236,9 +245,16 @@ class Assembler:
         return values
 
     def symbolic(self, state: State) -> SymbolicFactor:
-        """Ordering and symbolic factor of the current pattern."""
+        """Ordering and symbolic factor of the current pattern.
+
+        Raises
+        ------
+        NotEnoughMemoryError
+            If the factor will not fit.
+        """
         if self._symbolic is None:
             self._symbolic = analyse(self.structure, node_positions(self.layout, state))
+            require_memory(self._symbolic)
         return self._symbolic
 
     def slots_of_columns(self, columns: IntArray) -> list[Slot]:

@@ -40,6 +40,8 @@ from splinebba_cli.core.estimation.vertex_separator import (
     vertex_separators,
 )
 
+BoolArray = npt.NDArray[np.bool_]
+
 ROOT = 0
 BAND = 0.15
 """Share of the unknowns on either side of the middle among which a separator is looked for."""
@@ -73,7 +75,10 @@ class _Level:
 
 
 def nested_dissection(
-    structure: BlockStructure, positions: npt.ArrayLike | None, leaf_unknowns: int
+    structure: BlockStructure,
+    positions: npt.ArrayLike | None,
+    leaf_unknowns: int,
+    everywhere: BoolArray | None = None,
 ) -> Dissection:
     """Divide the nodes of a structure into a tree of parts.
 
@@ -85,6 +90,8 @@ def nested_dissection(
         one.
     leaf_unknowns : int
         Parts of at most so many unknowns are not divided.
+    everywhere : (n,) bool, optional
+        Global nodes, beside those that `global_nodes` finds.
 
     Returns
     -------
@@ -96,10 +103,12 @@ def nested_dissection(
         If positions has not one row per node.
     """
     n = structure.n_nodes
-    place = _checked_positions(positions, n)
+    place = checked_positions(positions, n)
     off = structure.rows != structure.cols
     edges = np.stack([structure.rows[off], structure.cols[off]])
-    below = ~_global_nodes(place, edges)
+    below = ~global_nodes(structure, place)
+    if everywhere is not None:
+        below &= ~everywhere
     part = np.where(below, 1, ROOT).astype(np.int64)
     parent = [-1, ROOT]
     nodes = np.flatnonzero(below)
@@ -110,7 +119,8 @@ def nested_dissection(
     return Dissection(part, np.array(parent, dtype=np.int64))
 
 
-def _checked_positions(positions: npt.ArrayLike | None, n: int) -> FloatArray:
+def checked_positions(positions: npt.ArrayLike | None, n: int) -> FloatArray:
+    """Positions as an array, (n, d); without columns where no node has one."""
     if positions is None:
         return np.zeros((n, 0))
     place = np.asarray(positions, dtype=np.float64)
@@ -121,10 +131,10 @@ def _checked_positions(positions: npt.ArrayLike | None, n: int) -> FloatArray:
     return place
 
 
-def _global_nodes(place: FloatArray, edges: IntArray) -> npt.NDArray[np.bool_]:
+def global_nodes(structure: BlockStructure, place: FloatArray) -> BoolArray:
     """Nodes without position, and nodes coupled with more than 16 and more than half of all."""
-    n = len(place)
-    degree = np.bincount(edges.ravel(), minlength=n)
+    n, off = len(place), structure.rows != structure.cols
+    degree = np.bincount(structure.rows[off], minlength=n) + np.bincount(structure.cols[off], minlength=n)
     return np.asarray(~np.isfinite(place).all(axis=1) | (degree > max(16, n // 2)))
 
 

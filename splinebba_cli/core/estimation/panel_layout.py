@@ -16,11 +16,13 @@ import numpy as np
 
 from splinebba_cli.core.estimation.block_matrix import (
     BlockStructure,
-    FloatArray,
     IntArray,
     PairNotInPattern,
 )
 from splinebba_cli.core.estimation.fronts import FrontTree
+
+BLOCKS = 2_000
+"""Blocks whose places are computed at a time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +59,8 @@ class PanelLayout:
         sizes = structure.sizes[tree.order]
         unknown = np.concatenate([[0], np.cumsum(sizes)])
         pivots = np.diff(unknown[tree.first])
-        rows = np.array([int(sizes[r].sum()) for r in tree.rows], dtype=np.int64)
+        before = np.concatenate([[0], np.cumsum(sizes[tree.row_positions])])
+        rows = np.diff(before[tree.row_start])
         offsets = np.concatenate([[0], np.cumsum(pivots * (pivots + rows))])
         return cls(structure, tree, position, unknown, pivots, rows, offsets)
 
@@ -80,9 +83,11 @@ class PanelLayout:
         """Place of each value of the structure in the flat array, (structure.n_entries,)."""
         s = self.structure
         places = np.empty(s.n_entries, dtype=np.int64)
-        for numbers, si, sj in s.shape_groups():
-            source = s.offsets[numbers][:, None] + np.arange(si * sj)
-            places[source] = self.entries(s.rows[numbers], s.cols[numbers]).reshape(-1, si * sj)
+        for of_shape, si, sj in s.shape_groups():
+            for first in range(0, len(of_shape), BLOCKS):
+                numbers = of_shape[first : first + BLOCKS]
+                source = s.offsets[numbers][:, None] + np.arange(si * sj)
+                places[source] = self.entries(s.rows[numbers], s.cols[numbers]).reshape(-1, si * sj)
         return places
 
     @cached_property
@@ -109,7 +114,7 @@ class PanelLayout:
         PairNotInPattern
             If a pair is not coupled in the factor.
         """
-        start, leading = self._block_starts(rows, cols)
+        start, leading = self.block_starts(rows, cols)
         si = np.arange(self.structure.sizes[rows[0]] if len(rows) else 0)[:, None]
         sj = np.arange(self.structure.sizes[cols[0]] if len(cols) else 0)
         turned = self.position[rows] < self.position[cols]
@@ -122,7 +127,7 @@ class PanelLayout:
             places[same] = start[same][:, None, None] + lower
         return np.asarray(places, dtype=np.int64)
 
-    def _block_starts(self, rows: IntArray, cols: IntArray) -> tuple[IntArray, IntArray]:
+    def block_starts(self, rows: IntArray, cols: IntArray) -> tuple[IntArray, IntArray]:
         """First entry of each block and the length of a column of its panel."""
         i, j = self.position[rows], self.position[cols]
         low, high = np.minimum(i, j), np.maximum(i, j)
@@ -133,20 +138,30 @@ class PanelLayout:
         row = np.where(among_pivots, self.unknown[high] - self.unknown[pivot], 0)
         coupled = np.flatnonzero(~among_pivots)
         if coupled.size:
-            row[coupled] = self._row_starts(front[coupled], high[coupled], rows[coupled], cols[coupled])
+            try:
+                row[coupled] = self.row_starts(front[coupled], high[coupled])
+            except PairNotInPattern as missing:
+                at = coupled[missing.row]
+                raise PairNotInPattern(int(rows[at]), int(cols[at])) from None
         leading = np.where(among_pivots, n, r)
         column = self.unknown[low] - self.unknown[pivot]
         start = self.offsets[front] + np.where(among_pivots, 0, n * n) + column * leading + row
         return start, leading
 
-    def _row_starts(self, front: IntArray, high: IntArray, rows: IntArray, cols: IntArray) -> IntArray:
-        """First row in L₂₁ of the node at position high."""
+    def row_starts(self, front: IntArray, position: IntArray) -> IntArray:
+        """First row in L₂₁ of the node at a position, (k,).
+
+        Raises
+        ------
+        PairNotInPattern
+            With the number of the first pair whose node is no row of its front.
+        """
         keys, starts = self._row_index
-        key = front * len(self.position) + high
+        key = front * len(self.position) + position
         found = np.minimum(np.searchsorted(keys, key), max(len(keys) - 1, 0))
         missing = np.flatnonzero(keys[found] != key) if len(keys) else np.arange(len(key))
         if missing.size:
-            raise PairNotInPattern(int(rows[missing[0]]), int(cols[missing[0]]))
+            raise PairNotInPattern(int(missing[0]), -1)
         return starts[found]
 
     @cached_property
@@ -156,14 +171,9 @@ class PanelLayout:
     @cached_property
     def _row_index(self) -> tuple[IntArray, IntArray]:
         """Sorted keys (front, position) of the rows of all fronts, first row of each in L₂₁."""
-        counts = np.array([len(r) for r in self.tree.rows], dtype=np.int64)
-        rows = np.concatenate(self.tree.rows) if len(counts) else np.zeros(0, dtype=np.int64)
-        front = np.repeat(np.arange(len(counts)), counts)
+        rows = self.tree.row_positions
+        front = np.repeat(np.arange(len(self.pivots)), np.diff(self.tree.row_start))
         sizes = np.diff(self.unknown)[rows]
         before = np.cumsum(sizes) - sizes
         before_front = np.cumsum(self.rows) - self.rows
         return front * len(self.position) + rows, before - before_front[front]
-
-    def gather(self, panel: FloatArray, rows: IntArray, cols: IntArray) -> FloatArray:
-        """Blocks of equal shape out of a flat array in this layout, (k, si, sj)."""
-        return panel[self.entries(rows, cols)]

@@ -26,8 +26,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import blas, lapack
 
-from splinebba_cli.core.estimation.blas_threads import fronts_with_threads
-from splinebba_cli.core.estimation.block_matrix import FloatArray
+from splinebba_cli.core.estimation.blas_threads import fronts_with_threads, one_thread
+from splinebba_cli.core.estimation.block_matrix import FloatArray, IntArray
+from splinebba_cli.core.estimation.compiled_fronts import inverse_kernels
 from splinebba_cli.core.estimation.panel_layout import PanelLayout
 
 if TYPE_CHECKING:
@@ -35,14 +36,29 @@ if TYPE_CHECKING:
 
 
 def select_inverse(factor: Factor) -> SelectedInverse:
-    """The inverse on the pattern of a factor, front by front."""
+    """The inverse on the pattern of a factor, front by front; leaves follow when they are asked for."""
     symbolic = factor.symbolic
-    parents = symbolic.layout.tree.parent.tolist()
-    waiting = np.bincount(symbolic.layout.tree.parent + 1, minlength=len(parents) + 1)[1:].tolist()
     inverse = np.empty(symbolic.factor_entries)
+    kernels = inverse_kernels(symbolic.structure.n_unknowns)
+    if kernels is None:
+        _invert_fronts(factor, inverse)
+    else:
+        symbolic.compiled.invert(kernels, factor.panel, inverse)
+    return SelectedInverse(factor, inverse)
+
+
+def _invert_fronts(factor: Factor, inverse: FloatArray) -> None:
+    """Z₁₁ and Z₂₁ of all fronts but for leaves that are coupled with others."""
+    symbolic = factor.symbolic
+    for batch in symbolic.batches:
+        if not batch.n_pieces:
+            batch.invert(factor.panel, batch.inverses(factor.panel), inverse)
+    fronts, parents = symbolic.fronts, symbolic.layout.tree.parent.tolist()
+    waiting = np.bincount(symbolic.layout.tree.parent[fronts.start :] + 1, minlength=len(parents) + 1)[
+        1:
+    ].tolist()
     remaining: dict[int, FloatArray] = {}
-    order = reversed(range(len(parents)))
-    for front in fronts_with_threads(order, symbolic.unknowns_of_fronts):
+    for front in fronts_with_threads(reversed(fronts), symbolic.unknowns_of_fronts):
         above = parents[front]
         outer = np.zeros((0, 0))
         if above >= 0:
@@ -55,7 +71,6 @@ def select_inverse(factor: Factor) -> SelectedInverse:
             remaining[front] = outer
         panels = symbolic.panels(factor.panel, front)
         _invert_front(*panels, outer, *symbolic.panels(inverse, front))
-    return SelectedInverse(symbolic.layout, inverse)
 
 
 def _invert_front(
@@ -76,13 +91,41 @@ class SelectedInverse:
 
     Attributes
     ----------
-    layout : PanelLayout
-    panel : (factor_entries,) float
-        Z₁₁ and Z₂₁ of every front.
+    factor : Factor
+    upper : (factor_entries,) float
+        Z₁₁ and Z₂₁ of every front but for leaves that are coupled with others.
     """
 
-    layout: PanelLayout
-    panel: FloatArray
+    factor: Factor
+    upper: FloatArray
+
+    @property
+    def layout(self) -> PanelLayout:
+        """Places of the entries."""
+        return self.factor.symbolic.layout
+
+    @cached_property
+    def panel(self) -> FloatArray:
+        """Z₁₁ and Z₂₁ of every front, (factor_entries,).
+
+        Those of leaves that are coupled with others are computed when this is first asked for.
+        """
+        symbolic = self.factor.symbolic
+        kernels = inverse_kernels(symbolic.structure.n_unknowns)
+        if kernels is not None:
+            symbolic.compiled.invert_leaves(kernels, self.factor.panel, self.upper)
+            return self.upper
+        with one_thread():
+            for batch, inverses in zip(symbolic.batches, self.factor.leaf_inverses, strict=True):
+                if batch.n_pieces:
+                    batch.invert(self.factor.panel, inverses, self.upper)
+        return self.upper
+
+    def _gather(self, rows: IntArray, cols: IntArray) -> FloatArray:
+        """Blocks of equal shape, (k, si, sj)."""
+        places = self.layout.entries(rows, cols)
+        leaves_end = int(self.layout.offsets[self.layout.tree.n_coupled])
+        return (self.panel if places.size and places.min() < leaves_end else self.upper)[places]
 
     @cached_property
     def values(self) -> FloatArray:
@@ -90,7 +133,11 @@ class SelectedInverse:
 
         Aligned with structure.offsets, like the values of a BlockMatrix.
         """
-        return self.panel[self.layout.structure_entries]
+        symbolic = self.factor.symbolic
+        kernels = inverse_kernels(symbolic.structure.n_unknowns)
+        if kernels is None:
+            return self.panel[self.layout.structure_entries]
+        return symbolic.compiled.get(kernels, self.panel)
 
     def diagonal(self) -> FloatArray:
         """Diagonal of the inverse, (N,)."""
@@ -120,11 +167,11 @@ class SelectedInverse:
         shape = sizes[i] * (int(sizes.max()) + 1) + sizes[j]
         kinds, kind = np.unique(shape, return_inverse=True)
         if len(kinds) <= 1:
-            return self.layout.gather(self.panel, i, j)
+            return self._gather(i, j)
         blocks: list[FloatArray] = [np.empty(0)] * len(i)
         for number in range(len(kinds)):
             chosen = np.flatnonzero(kind == number)
-            gathered = self.layout.gather(self.panel, i[chosen], j[chosen])
+            gathered = self._gather(i[chosen], j[chosen])
             for place, block in zip(chosen.tolist(), gathered, strict=True):
                 blocks[place] = block
         return blocks
@@ -158,7 +205,7 @@ class SelectedInverse:
         window = np.empty((len(nodes), total, total))
         for a, span_a in enumerate(spans):
             for b in range(a, len(spans)):
-                block = self.layout.gather(self.panel, nodes[:, a], nodes[:, b])
+                block = self._gather(nodes[:, a], nodes[:, b])
                 window[:, span_a, spans[b]] = block
                 window[:, spans[b], span_a] = block.transpose(0, 2, 1)
         return window

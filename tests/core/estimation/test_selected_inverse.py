@@ -17,6 +17,8 @@ from tests.core.estimation.block_cases import (
     random_values,
 )
 
+pytestmark = pytest.mark.usefixtures("speed_mode")
+
 
 @every_case
 def test_selected_inverse_equals_dense_on_the_pattern(maker: Maker) -> None:
@@ -55,7 +57,7 @@ def _factor_pairs(symbolic: SymbolicFactor) -> set[tuple[int, int]]:
     pairs = set()
     for front in range(len(tree.parent)):
         pivots = tree.order[tree.first[front] : tree.first[front + 1]].tolist()
-        members = pivots + tree.order[tree.rows[front]].tolist()
+        members = pivots + tree.order[tree.rows(front)].tolist()
         pairs |= {(min(p, q), max(p, q)) for p in pivots for q in members}
     return pairs
 
