@@ -19,11 +19,12 @@ from scipy import sparse
 
 from splinebba_cli.core.estimation.block_cholesky import Factor
 from splinebba_cli.core.estimation.gauss_markov import Solution
+from splinebba_cli.core.estimation.half_solution import gram, gram_band
 from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.estimation.sparse_design import SparseDesign, sparse_design
-from splinebba_cli.core.network import FloatArray
+from splinebba_cli.core.network import FloatArray, IntArray
 
-BLOCK_ENTRIES = 4_000_000  # of the right-hand sides that are solved together
+BLOCK_ENTRIES = 16_000_000  # of the right-hand sides that are solved together
 MOST_TOGETHER = 512
 WORK = 5e9  # floating-point operations that one family of tests may take
 
@@ -67,6 +68,12 @@ class ResidualProjector:
         if batch:
             yield from self._batch(batch)
 
+    def cofactors(self, unknowns: IntArray) -> FloatArray:
+        """Q of some reduced unknowns (k,), (k, k)."""
+        k = len(unknowns)
+        shape = (self.design.reduced.shape[1], k)
+        return gram(self.factor, sparse.csc_array((np.ones(k), unknowns, np.arange(k + 1)), shape=shape))
+
     def project(self, errors: FloatArray) -> FloatArray:
         """R E of errors (rows, k), (rows, k)."""
         design, inverse = self.design, self._point_inverse
@@ -77,21 +84,26 @@ class ResidualProjector:
         return np.asarray(errors - design.reduced @ step - design.points @ points)
 
     def _batch(self, blocks: list[sparse.csc_array]) -> Iterator[tuple[FloatArray, FloatArray]]:
-        together = sparse.csc_array(sparse.hstack(blocks, format="csc"))
-        inner = (together.T @ together).toarray()
-        gram = inner - self._taken_up(together)
+        together = sparse.csc_array(sparse.hstack(blocks, format="csc")) if len(blocks) > 1 else blocks[0]
+        widest = max(block.shape[1] for block in blocks)
+        side, of_points = self._reduced_sides(together)
+        inner = band_of(sparse.csc_array(together.T @ together), widest)
+        rest = inner - band_of(of_points, widest) - gram_band(self.factor, side, widest)
         begin = 0
         for block in blocks:
-            own = slice(begin, begin + block.shape[1])
-            begin = own.stop
-            yield inner[own, own], gram[own, own]
+            own = np.arange(begin, begin + block.shape[1])
+            begin += len(own)
+            place = np.abs(own[:, None] - own), np.minimum(own[:, None], own)
+            yield inner[place], rest[place]
 
-    def _taken_up(self, directions: sparse.csc_array) -> FloatArray:
-        """C'A Q A'C, (k, k)."""
+    def _reduced_sides(self, directions: sparse.csc_array) -> tuple[sparse.csc_array, sparse.csc_array]:
+        """b_r and (A_x'C)' H^-1 A_x'C of directions, (N, k) and (k, k)."""
+        side = self.design.reduced.T @ directions
+        if not self.design.points.nnz:
+            return sparse.csc_array(side), sparse.csc_array((directions.shape[1], directions.shape[1]))
         over_points = sparse.csc_array(self.design.points.T @ directions)
         back = self._point_inverse @ over_points
-        side = (self.design.reduced.T @ directions - self.design.coupling @ back).toarray()
-        return np.asarray((over_points.T @ back).toarray() + side.T @ self.factor.solve(side))
+        return sparse.csc_array(side - self.design.coupling @ back), sparse.csc_array(over_points.T @ back)
 
     @cached_property
     def _point_inverse(self) -> sparse.csr_array:
@@ -104,3 +116,13 @@ class ResidualProjector:
             return sparse.csr_array((0, 0))
         blocks = (eliminated.inverse, np.arange(count), np.arange(count + 1))
         return sparse.csr_array(sparse.bsr_array(blocks, shape=(3 * count, 3 * count)))
+
+
+def band_of(matrix: sparse.csc_array, width: int) -> FloatArray:
+    """Diagonals 0 .. width - 1 of a symmetric matrix (k, k), (width, k): entry (d, i) is that of i and i + d."""
+    out = np.zeros((width, matrix.shape[1]))
+    column = np.repeat(np.arange(matrix.shape[1]), np.diff(matrix.indptr))
+    distance = column - matrix.indices
+    chosen = (distance >= 0) & (distance < width)
+    np.add.at(out, (distance[chosen], matrix.indices[chosen]), matrix.data[chosen])
+    return out

@@ -74,10 +74,7 @@ def neighbours(image: IntArray) -> IntArray:
 def _residual_cofactors(projector: ResidualProjector, own: IntArray, unknowns: IntArray) -> FloatArray:
     """R of the rows of one curve, (n, n)."""
     local = projector.design.reduced[own][:, unknowns].toarray()
-    side = np.zeros((projector.design.reduced.shape[1], len(unknowns)))
-    side[unknowns, np.arange(len(unknowns))] = 1.0
-    q = projector.factor.solve(side)[unknowns]
-    return np.asarray(np.eye(len(own)) - local @ q @ local.T)
+    return np.asarray(np.eye(len(own)) - local @ projector.cofactors(unknowns) @ local.T)
 
 
 def _moments(first: IntArray, cofactors: FloatArray) -> tuple[float, float, float]:
