@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -269,7 +270,7 @@ class AdjustmentResult:
     iterations: tuple[Iteration, ...]
     statistics: Statistics
     images: ImageResult
-    curves: tuple[CurveResult, ...]
+    curves: Sequence[CurveResult]
     points: PointResult
     point_residuals: ResidualTable
     curve_residuals: ResidualTable

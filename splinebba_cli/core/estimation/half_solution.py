@@ -72,10 +72,9 @@ def _forward(factor: Factor, columns: sparse.csc_array) -> Iterator[tuple[IntArr
         blas.dtrsm(1.0, top, y.T, side=1, lower=1, trans_a=1, overwrite_b=1)
         if below.shape[0] and everyone:
             x[target.rows] -= below @ y
-        elif below.shape[0] and isinstance(target.rows, slice):
-            x[target.rows, reached] -= below @ y
         elif below.shape[0]:
-            x[target.rows[:, None], reached] -= below @ y
+            rows = target.rows if isinstance(target.rows, slice) else target.rows[:, None]
+            x[rows, reached] -= below @ y
         yield reached, y
 
 

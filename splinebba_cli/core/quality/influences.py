@@ -21,7 +21,7 @@ from splinebba_cli.core.quality.cofactors import Cofactors
 from splinebba_cli.core.quality.observation_effects import Effects, EquationColumns, ObservationEffects
 from splinebba_cli.core.quality.observation_names import curve_point_name, distance_name, image_point_name
 from splinebba_cli.core.quality.prior_residuals import AXES, EOP_NAMES
-from splinebba_cli.core.quality.redundancy import RedundancyNumbers, orientation_weights
+from splinebba_cli.core.quality.redundancy import RedundancyNumbers
 from splinebba_cli.core.quality.reliability import CONTROLLED
 from splinebba_cli.core.result import ResidualTable
 from splinebba_cli.core.state import Prepared, State
@@ -57,7 +57,7 @@ def influences(
     delta0 : noncentrality of the tests
     """
     effects_of = ObservationEffects(solved.assembler, solved.solution)
-    weights = orientation_weights(cofactors)
+    weights = cofactors.orientation_weights
     found: list[Influence] = []
     for part in _candidates(effects_of, solved, numbers, curves, points):
         errors = delta0 / np.sqrt(part.redundancy)

@@ -1,0 +1,131 @@
+"""Equations of curve points, some of them at a time: the rows of all points together would not fit.
+
+A point has its equation across the curve, and one along it where that is asked for (where its location is held, it is
+one of the equations of the network).  Equations of all points are numbered: across, point by point, then along of the
+points that have it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from splinebba_cli.core.chains import Chains
+from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
+from splinebba_cli.core.network import FloatArray, IntArray, select_rows
+from splinebba_cli.core.observations.curve_points import CurveRows, linearize_curve_points
+from splinebba_cli.core.state import ImageRays, Prepared, State
+
+CHUNK = 16_384  # points at once
+
+
+@dataclass(frozen=True)
+class CurveEquations:
+    """What is kept of all equations of curve points."""
+
+    point: IntArray  # (k,) measured point: 0 .. n - 1 across, then those along
+    residual: FloatArray  # (k,) whitened
+    normal: FloatArray  # (n, 2) whitened unit normal
+
+    @classmethod
+    def begun(cls, assembler: Assembler, at: Linearization) -> CurveEquations:
+        """Numbered, without figures."""
+        count = len(assembler.prepared.network.curve_observations)
+        point = np.concatenate([np.arange(count), along_points(assembler, at)])
+        return cls(point, np.zeros(len(point)), np.zeros((count, 2)))
+
+    @property
+    def along(self) -> IntArray:
+        """Points with an equation along the curve."""
+        return self.point[len(self.normal) :]
+
+    def put(self, chunk: CurveChunk) -> IntArray:
+        """Take the figures of a chunk; the numbers of its rows among all equations, -1 of those that are none."""
+        rows, count = chunk.rows, len(chunk.points)
+        number = np.full(len(rows.point), -1)
+        number[:count] = chunk.points
+        point = chunk.points[rows.point[count:]]
+        place = np.minimum(np.searchsorted(self.along, point), max(len(self.along) - 1, 0))
+        if len(self.along):
+            number[count:] = np.where(self.along[place] == point, len(self.normal) + place, -1)
+        self.normal[chunk.points] = rows.normal
+        self.residual[number[number >= 0]] = rows.residual[number >= 0]
+        return number
+
+
+@dataclass(frozen=True)
+class CurveChunk:
+    """Equations of some points."""
+
+    points: IntArray  # (n,) measured points
+    rows: CurveRows  # (k,) `point` counts the points of the chunk
+    jacobian: FloatArray  # (k, 6 or 0 + 3 w) masked
+
+
+def along_points(assembler: Assembler, at: Linearization) -> IntArray:
+    """Measured points with an equation along the curve that is no part of a chain, ascending."""
+    return np.sort(at.held[~assembler.prepared.chains.linked[at.held]])
+
+
+def curve_chunk(assembler: Assembler, state: State, points: IntArray, along: IntArray) -> CurveChunk:
+    """Equations of measured points.
+
+    Parameters
+    ----------
+    points : (n,) int
+    along : (a,) int, places in `points` that get their equation along the curve as well, unless they are linked
+    """
+    prepared, layout = assembler.prepared, assembler.layout
+    rows = linearize_curve_points(
+        _restricted(prepared, points), replace(state, location=state.location[points]), along
+    )
+    size, support = assembler.orientation_size, prepared.curves.support
+    jacobian = np.empty((len(rows.point), size + 3 * support))
+    np.multiply(rows.orientation[:, :size], layout.image_mask[rows.image, :size], out=jacobian[:, :size])
+    local = jacobian[:, size:].reshape(len(jacobian), support, 3)
+    np.multiply(rows.weights[:, :, None], rows.direction[:, None, :], out=local)
+    if not layout.coefficient_mask.all():
+        local *= layout.coefficient_mask[prepared.curves.columns[rows.segment]]
+    return CurveChunk(points, rows, jacobian)
+
+
+def curve_chunks(assembler: Assembler, at: Linearization) -> Iterator[CurveChunk]:
+    """The equations of the network, in the order of the points."""
+    along = np.zeros(len(assembler.prepared.network.curve_observations), dtype=bool)
+    along[along_points(assembler, at)] = True
+    for begin in range(0, len(along), CHUNK):
+        points = np.arange(begin, min(begin + CHUNK, len(along)))
+        yield curve_chunk(assembler, at.state, points, np.flatnonzero(along[points]))
+
+
+def equation_rows(assembler: Assembler, at: Linearization, numbers: IntArray) -> tuple[CurveRows, FloatArray]:
+    """Some equations (q,) of the network and their Jacobian, in the order asked for; no figures of points."""
+    count = len(assembler.prepared.network.curve_observations)
+    point = np.concatenate([np.arange(count), along_points(assembler, at)])[numbers]
+    points, place = np.unique(point, return_inverse=True)
+    is_along = numbers >= count
+    chunk = curve_chunk(assembler, at.state, points, np.unique(place[is_along]))
+    own = np.where(is_along, len(points) + np.searchsorted(chunk.rows.point[len(points) :], place), place)
+    rows = chunk.rows
+    chosen = replace(
+        rows, point=point, image=rows.image[own], segment=rows.segment[own], residual=rows.residual[own],
+        orientation=rows.orientation[own], weights=rows.weights[own], direction=rows.direction[own],
+        along=rows.along[place], speed=rows.speed[place], normal=rows.normal[place],
+    )  # fmt: skip
+    return chosen, chunk.jacobian[own]
+
+
+def _restricted(prepared: Prepared, points: IntArray) -> Prepared:
+    """A network with some of the measured curve points only; what links them is left out."""
+    rays, chains = prepared.curve_rays, prepared.chains
+    none = np.zeros((0, 0), dtype=np.int64)
+    return replace(
+        prepared,
+        network=replace(
+            prepared.network, curve_observations=select_rows(prepared.network.curve_observations, points)
+        ),
+        curve_rays=ImageRays(rays.xy[points], rays.whitening[points]),
+        chains=Chains(none, none, none, chains.linked[points]),
+    )
