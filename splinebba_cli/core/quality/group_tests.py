@@ -110,8 +110,8 @@ def _across(rows: PhotoRows, own: IntArray) -> sparse.csc_array:
 
 
 def _control_splines(projector: ResidualProjector) -> list[_Candidate]:
-    at, network = projector.solution.linearization, projector.assembler.prepared.network
-    members = split_by(network.curve_observations.curve[at.curve.point], len(network.curves))
+    network = projector.assembler.prepared.network
+    members = split_by(network.curve_observations.curve[projector.design.curve.point], len(network.curves))
     values = projector.assembler.coefficient_rows
     rows_of = split_by(
         np.where(values.component < GAUGE, values.curve, len(network.curves)), len(network.curves)

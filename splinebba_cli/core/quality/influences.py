@@ -80,7 +80,7 @@ def _candidates(
     seen, points = network.curve_observations, network.point_observations
     rows = _largest(on_curves.reliability.orientation_influence[:, 0])
     if len(rows):
-        sigma = np.linalg.norm(solved.solution.linearization.curve.normal[rows] * seen.sigma[rows], axis=1)
+        sigma = np.linalg.norm(numbers.curve.normal[rows] * seen.sigma[rows], axis=1)
         names = [f"{curve_point_name(network, k)}, across" for k in rows]
         yield _Candidates("spline", "mm", effects.curve_rows(rows), numbers.curve_rows[rows], sigma, names)
     flat = _largest(on_points.reliability.orientation_influence.ravel())

@@ -33,14 +33,14 @@ class PhotoRows:
     @classmethod
     def of(cls, projector: ResidualProjector) -> PhotoRows:
         """The rows of a solution."""
-        network, at = projector.assembler.prepared.network, projector.solution.linearization
-        on_curves, points, curve = network.curve_observations, network.point_observations, at.curve
+        network = projector.assembler.prepared.network
+        on_curves, points = network.curve_observations, network.point_observations
+        curve = projector.design.curve
         n = len(on_curves)
-        unit = np.concatenate([curve.normal, np.stack([curve.normal[:, 1], -curve.normal[:, 0]], axis=1)])
-        held = n + curve.point[n:]
-        direction = unit[np.concatenate([np.arange(n), held])] / on_curves.sigma[curve.point]
+        tangent = np.stack([curve.normal[curve.along, 1], -curve.normal[curve.along, 0]], axis=1)
+        direction = np.concatenate([curve.normal, tangent]) / on_curves.sigma[curve.point]
         both = np.eye(2)[None] / points.sigma[:, None, :]
-        image = np.concatenate([curve.image, points.image.repeat(2)])
+        image = np.concatenate([on_curves.image[curve.point], points.image.repeat(2)])
         camera = network.images.camera[image]
         centre = np.array([each.principal_point_mm for each in network.cameras])[camera]
         rows = len(curve.point) + 2 * len(points)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from splinebba_cli.core.estimation.curve_chunks import CurveEquations
 from splinebba_cli.core.network import BoolArray, FloatArray
 from splinebba_cli.core.observations.coefficient_rows import GAUGE
 from splinebba_cli.core.quality.cofactors import Cofactors
@@ -24,7 +25,8 @@ CHUNK = 100_000  # equations over coefficients at once
 class RedundancyNumbers:
     """Redundancy numbers of all kinds of observations; 0 where there is no observation."""
 
-    curve_rows: FloatArray  # (k,) across, then along for held locations
+    curve: CurveEquations  # of curve points: across, then along for held locations
+    curve_rows: FloatArray  # (k,) of these
     linked_along: FloatArray  # (n,) along the curve at linked points
     arc_lengths: FloatArray  # (q,)
     tangents: FloatArray  # (t,)
@@ -88,6 +90,7 @@ def redundancy_numbers(cofactors: Cofactors, linked: LinkedCofactors) -> Redunda
     weight = assembler.point_inverse_sigma**2
     point_leverage = np.einsum("nii->ni", points.own) * weight
     return RedundancyNumbers(
+        curve=curve.equations,
         curve_rows=1.0 - curve.leverage,
         linked_along=np.where(assembler.prepared.chains.linked, 1.0 - linked.along, 0.0),
         arc_lengths=1.0 - linked.arc,
