@@ -71,19 +71,20 @@ def _small(test: GlobalTest) -> bool:
 def _curves(result: AdjustmentResult) -> list[Problem]:
     """Curves with stretches much weaker across the curve than is usual in this network."""
     tied = [
-        (curve, given)
+        (np.asarray(curve.sample_across[:, 0]), given)
         for curve, given in zip(result.curves, result.network.curves, strict=True)
         if given.role != "control" and len(curve.sample_across)
     ]
     if not tied:
         return []
-    usual = float(np.median(np.concatenate([curve.sample_across[:, 0] for curve, _ in tied])))
-    weak = []
-    for curve, given in tied:
-        major = curve.sample_across[:, 0]
-        share = float((major > WEAK_RATIO * usual).mean())
-        if usual > 0.0 and share > WORTH_A_WORD:
-            weak.append((float(major.max()), share, given.id))
+    major = np.concatenate([own for own, _ in tied])
+    usual = float(np.median(major))
+    first = np.cumsum([0, *(len(own) for own, _ in tied[:-1])])
+    count = np.diff([*first, len(major)])
+    share = np.add.reduceat((major > WEAK_RATIO * usual).astype(float), first) / count
+    largest = np.maximum.reduceat(major, first)
+    chosen = np.flatnonzero((share > WORTH_A_WORD) & (usual > 0.0))
+    weak = [(float(largest[k]), float(share[k]), tied[k][1].id) for k in chosen.tolist()]
     weak.sort(key=lambda one: (-one[0], one[2]))
     more = f" (and {len(weak) - NAMED} more)" if len(weak) > NAMED else ""
     return [

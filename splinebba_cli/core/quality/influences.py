@@ -18,6 +18,7 @@ from splinebba_cli.core.evidence import Influence, ObservationKind
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.observations.coefficient_rows import GAUGE
 from splinebba_cli.core.quality.cofactors import Cofactors
+from splinebba_cli.core.quality.object_effects import ObjectEffects
 from splinebba_cli.core.quality.observation_effects import Effects, EquationColumns, ObservationEffects
 from splinebba_cli.core.quality.observation_names import curve_point_name, distance_name, image_point_name
 from splinebba_cli.core.quality.prior_residuals import AXES, EOP_NAMES
@@ -178,17 +179,19 @@ def _described(
     prepared: Prepared,
     state: State,
 ) -> list[Influence]:
-    images = prepared.network.images.ids
-    moved = np.moveaxis(effects.orientation, 2, 0)  # (q, m, 6)
-    on_orientation = np.sqrt(np.maximum(np.einsum("qmi,mij,qmj->qm", moved, weights, moved), 0.0))
-    position = np.linalg.norm(moved[:, :, 3:], axis=2)
-    angle = np.linalg.norm(moved[:, :, :3], axis=2)
-    size, names = _object_effects(effects, prepared, state)
+    network, images = prepared.network, prepared.network.images.ids
+    on_objects = ObjectEffects.of(prepared, state)
     found = []
     for k, name in enumerate(part.names):
         r = float(part.redundancy[k])
-        worst = [int(np.argmax(figures[k])) for figures in (on_orientation, position, angle)]
-        where = int(np.argmax(size[k])) if size.shape[1] else -1
+        moved = effects.orientation[:, :, k]
+        on_orientation = np.sqrt(
+            np.maximum(np.sum(np.matmul(moved[:, None], weights)[:, 0] * moved, axis=1), 0.0)
+        )
+        position = np.linalg.norm(moved[:, 3:], axis=1)
+        angle = np.linalg.norm(moved[:, :3], axis=1)
+        worst = [int(np.argmax(figures)) for figures in (on_orientation, position, angle)]
+        size, subject = on_objects.largest(effects.point[:, :, k], effects.coefficients[:, :, k], network)
         found.append(
             Influence(
                 kind=part.kind,
@@ -197,36 +200,14 @@ def _described(
                 minimal_detectable_bias=float(errors[k] * part.sigma[k]),
                 unit=part.unit,
                 bias_to_noise=float(errors[k] * np.sqrt(max(1.0 - r, 0.0))),
-                orientation=float(on_orientation[k, worst[0]]),
+                orientation=float(on_orientation[worst[0]]),
                 orientation_image=images[worst[0]],
-                position_m=float(position[k, worst[1]]),
+                position_m=float(position[worst[1]]),
                 position_image=images[worst[1]],
-                angle_rad=float(angle[k, worst[2]]),
+                angle_rad=float(angle[worst[2]]),
                 angle_image=images[worst[2]],
-                object_m=float(size[k, where]) if where >= 0 else 0.0,
-                object_name=names[where] if where >= 0 else "",
+                object_m=size,
+                object_name=subject,
             )
         )
     return found
-
-
-def _object_effects(effects: Effects, prepared: Prepared, state: State) -> tuple[FloatArray, list[str]]:
-    """Lengths of the effects on points and, across the curve, on the ends of all segments, (q, places)."""
-    network, curves = prepared.network, prepared.curves
-    names = [f"point `{id_}`" for id_ in network.points.ids]
-    on_points = np.moveaxis(np.linalg.norm(effects.point, axis=1), 1, 0)
-    curve = np.repeat(np.arange(len(curves.bases)), np.diff(curves.segment_start))
-    if not len(curve):
-        return on_points, names
-    segments = np.arange(len(curves.left))
-    segment, curve = np.tile(segments, 2), np.tile(curve, 2)
-    t = np.repeat([0.0, 1.0], len(segments))
-    columns = curves.columns[segment]
-    weights, slopes = curves.weights(segment, t), curves.weights(segment, t, 1)
-    tangent = np.einsum("pw,pwd->pd", slopes, state.coefficients[columns])
-    norm = np.linalg.norm(tangent, axis=1)[:, None]
-    tangent = np.divide(tangent, norm, out=np.zeros_like(tangent), where=norm > 0.0)
-    moved = np.einsum("pw,pwdq->qpd", weights, effects.coefficients[columns], optimize=True)
-    across = moved - np.sum(moved * tangent, axis=2)[:, :, None] * tangent
-    names += [f"spline `{network.curves[k].id}`" for k in curve]
-    return np.concatenate([on_points, np.linalg.norm(across, axis=2)], axis=1), names
