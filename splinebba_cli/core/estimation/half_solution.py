@@ -30,24 +30,28 @@ def gram(factor: Factor, columns: sparse.csc_array) -> FloatArray:
     return out
 
 
-def gram_band(factor: Factor, columns: sparse.csc_array, width: int) -> FloatArray:
-    """The diagonals of C'S^-1 C, (width, k): entry (d, i) is that of columns i and i + d, 0 beyond the last column."""
+def gram_band(factor: Factor, columns: sparse.csc_array, block: IntArray) -> FloatArray:
+    """C'S^-1 C inside blocks of columns, (widest block, k): entry (d, i) is that of columns i and i + d of one block.
+
+    Parameters
+    ----------
+    block : (k,) int, ascending: the block of every column
+    """
     count = columns.shape[1]
-    out = np.zeros((width, count + width))
+    widest = int(np.bincount(block).max(initial=1))
+    out = np.zeros((widest, count))
+    together = [np.flatnonzero(block[d:] == block[: count - d]) for d in range(widest)]
+    place = np.empty(count, dtype=np.int64)
     for reached, y in _forward(factor, columns):
         out[0, reached] += np.einsum("nk,nk->k", y, y)
-        for d in range(1, min(width, len(reached))):  # columns of one block reach the same fronts, or nearly
-            first, second = _pairs(reached, d)
-            out[d, reached[first]] += np.einsum("nk,nk->k", y[:, first], y[:, second])
-    return out[:, :count]
-
-
-def _pairs(reached: IntArray, distance: int) -> tuple[IntArray, IntArray]:
-    """Places of the numbers i and i + distance in an ascending list that has both."""
-    second = np.searchsorted(reached, reached + distance)
-    inside = np.flatnonzero(second < len(reached))
-    inside = inside[reached[second[inside]] == reached[inside] + distance]
-    return inside, second[inside]
+        place[:] = -1
+        place[reached] = np.arange(len(reached))
+        for d in range(1, widest):
+            first = together[d]
+            first = first[(place[first] >= 0) & (place[first + d] >= 0)]
+            if len(first):
+                out[d, first] += np.einsum("nk,nk->k", y[:, place[first]], y[:, place[first + d]])
+    return out
 
 
 def _forward(factor: Factor, columns: sparse.csc_array) -> Iterator[tuple[IntArray, FloatArray]]:

@@ -92,3 +92,11 @@ class CurveColumns(Sequence[CurveResult]):
         rows = slice(int(self.segment_bounds[k]), int(self.segment_bounds[k + 1]))
         every = self.segments
         return SegmentCoefficients(every.interval[rows], every.coefficients[rows], every.sigma[rows])
+
+
+def samples_across(curves: Sequence[CurveResult]) -> tuple[FloatArray, IntArray]:
+    """Lateral semi-axes (p, 2) at the samples of all curves, one after another, and their bounds (nc + 1,)."""
+    if isinstance(curves, CurveColumns):
+        return curves.sample_across, curves.sample_bounds
+    bounds = np.cumsum([0, *(len(curve.sample_across) for curve in curves)], dtype=np.int64)
+    return np.concatenate([np.zeros((0, 2)), *(curve.sample_across for curve in curves)]), bounds

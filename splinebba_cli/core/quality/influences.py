@@ -25,7 +25,6 @@ from splinebba_cli.core.quality.prior_residuals import AXES, EOP_NAMES
 from splinebba_cli.core.quality.redundancy import RedundancyNumbers
 from splinebba_cli.core.quality.reliability import CONTROLLED
 from splinebba_cli.core.result import ResidualTable
-from splinebba_cli.core.state import Prepared, State
 
 MOST = 20
 
@@ -59,15 +58,18 @@ def influences(
     """
     effects_of = ObservationEffects(solved.assembler, solved.solution)
     weights = cofactors.orientation_weights
+    on_objects = ObjectEffects.of(solved.assembler.prepared, solved.solution.state)
     found: list[Influence] = []
     for part in _candidates(effects_of, solved, numbers, curves, points):
         errors = delta0 / np.sqrt(part.redundancy)
         effects = effects_of.of(part.columns, errors)
         if cofactors.datum is not None:
             effects = cofactors.datum.of_effects(effects)
-        found += _described(part, errors, effects, weights, solved.assembler.prepared, solved.solution.state)
-    found.sort(key=lambda influence: (-influence.orientation, -influence.bias_to_noise, influence.name))
-    return tuple(found[:MOST])
+        least = found[-1].orientation if len(found) == MOST else 0.0
+        found += _described(part, errors, effects, weights, on_objects, least)
+        found.sort(key=lambda influence: (-influence.orientation, -influence.bias_to_noise, influence.name))
+        found = found[:MOST]
+    return tuple(found)
 
 
 def _candidates(
@@ -176,22 +178,22 @@ def _described(
     errors: FloatArray,
     effects: Effects,
     weights: FloatArray,
-    prepared: Prepared,
-    state: State,
+    on_objects: ObjectEffects,
+    least: float,
 ) -> list[Influence]:
-    network, images = prepared.network, prepared.network.images.ids
-    on_objects = ObjectEffects.of(prepared, state)
-    found = []
+    """Those of a part that bend an orientation by at least so much."""
+    images, found = on_objects.network.images.ids, []
     for k, name in enumerate(part.names):
         r = float(part.redundancy[k])
         moved = effects.orientation[:, :, k]
-        on_orientation = np.sqrt(
-            np.maximum(np.sum(np.matmul(moved[:, None], weights)[:, 0] * moved, axis=1), 0.0)
-        )
+        square = np.sum(np.matmul(moved[:, None], weights)[:, 0] * moved, axis=1)
+        on_orientation = np.sqrt(np.maximum(square, 0.0))
+        if on_orientation.max() < least:
+            continue
         position = np.linalg.norm(moved[:, 3:], axis=1)
         angle = np.linalg.norm(moved[:, :3], axis=1)
         worst = [int(np.argmax(figures)) for figures in (on_orientation, position, angle)]
-        size, subject = on_objects.largest(effects.point[:, :, k], effects.coefficients[:, :, k], network)
+        size, subject = on_objects.largest(effects.point[:, :, k], effects.coefficients[:, :, k])
         found.append(
             Influence(
                 kind=part.kind,

@@ -14,6 +14,7 @@ from splinebba_cli.core.state import Prepared, State
 class ObjectEffects:
     """Places at the starts, then at the ends of all segments."""
 
+    network: Network
     segment_start: IntArray  # (nc + 1,) first segment of a curve
     columns: IntArray  # (S, w)
     weights: FloatArray  # (2, S, w)
@@ -32,15 +33,17 @@ class ObjectEffects:
             tangent = np.matmul(curves.weights(segments, at, 1)[:, None, :], local)[:, 0]
             norm = np.linalg.norm(tangent, axis=1)[:, None]
             tangents.append(np.divide(tangent, norm, out=np.zeros_like(tangent), where=norm > 0.0))
-        return cls(curves.segment_start, curves.columns, np.stack(weights), np.stack(tangents))
+        return cls(
+            prepared.network, curves.segment_start, curves.columns, np.stack(weights), np.stack(tangents)
+        )
 
-    def largest(self, point: FloatArray, coefficients: FloatArray, network: Network) -> tuple[float, str]:
+    def largest(self, point: FloatArray, coefficients: FloatArray) -> tuple[float, str]:
         """Largest change, metres, and of which feature: points (n, 3) or, across, curves by coefficients (C, 3)."""
         size, subject = 0.0, ""
         if len(point):
             lengths = np.linalg.norm(point, axis=1)
             worst = int(np.argmax(lengths))
-            size, subject = float(lengths[worst]), f"point `{network.points.ids[worst]}`"
+            size, subject = float(lengths[worst]), f"point `{self.network.points.ids[worst]}`"
         if not len(self.columns):
             return size, subject
         local = coefficients[self.columns]
@@ -51,5 +54,5 @@ class ObjectEffects:
             worst = int(np.argmax(lengths))
             if not subject or lengths[worst] > size:
                 curve = int(np.searchsorted(self.segment_start, worst, side="right")) - 1
-                size, subject = float(lengths[worst]), f"spline `{network.curves[curve].id}`"
+                size, subject = float(lengths[worst]), f"spline `{self.network.curves[curve].id}`"
         return size, subject

@@ -57,7 +57,7 @@ class PhotoRows:
 
     def directions(self, rows: IntArray, bias: FloatArray) -> sparse.csc_array:
         """Directions (count, p) of biases (k, p, 2), mm per unit, of the measurements of some rows (k,)."""
-        values = np.einsum("kpc,kc->kp", bias, self.sensitivity[rows])
-        columns = np.broadcast_to(np.arange(bias.shape[1]), values.shape)
-        place = (np.broadcast_to(rows[:, None], values.shape).ravel(), columns.ravel())
-        return sparse.coo_array((values.ravel(), place), shape=(self.count, bias.shape[1])).tocsc()
+        values = np.sum(bias * self.sensitivity[rows][:, None, :], axis=2)
+        pointer = len(rows) * np.arange(bias.shape[1] + 1)
+        entries = (np.ascontiguousarray(values.T).ravel(), np.tile(rows, bias.shape[1]), pointer)
+        return sparse.csc_array(entries, shape=(self.count, bias.shape[1]))

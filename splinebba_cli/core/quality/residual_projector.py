@@ -84,11 +84,16 @@ class ResidualProjector:
         return np.asarray(errors - design.reduced @ step - design.points @ points)
 
     def _batch(self, blocks: list[sparse.csc_array]) -> Iterator[tuple[FloatArray, FloatArray]]:
-        together = sparse.csc_array(sparse.hstack(blocks, format="csc")) if len(blocks) > 1 else blocks[0]
-        widest = max(block.shape[1] for block in blocks)
+        together = side_by_side(blocks)
+        width = np.array([block.shape[1] for block in blocks])
+        widest = int(width.max())
         side, of_points = self._reduced_sides(together)
         inner = band_of(sparse.csc_array(together.T @ together), widest)
-        rest = inner - band_of(of_points, widest) - gram_band(self.factor, side, widest)
+        rest = (
+            inner
+            - band_of(of_points, widest)
+            - gram_band(self.factor, side, np.repeat(np.arange(len(blocks)), width))
+        )
         begin = 0
         for block in blocks:
             own = np.arange(begin, begin + block.shape[1])
@@ -118,11 +123,26 @@ class ResidualProjector:
         return sparse.csr_array(sparse.bsr_array(blocks, shape=(3 * count, 3 * count)))
 
 
+def side_by_side(blocks: list[sparse.csc_array]) -> sparse.csc_array:
+    """The columns of all blocks."""
+    begins = np.cumsum([0, *(block.nnz for block in blocks)])
+    pointers = [block.indptr[1:] + begin for block, begin in zip(blocks, begins[:-1].tolist(), strict=True)]
+    parts = (
+        np.concatenate([block.data for block in blocks]),
+        np.concatenate([block.indices for block in blocks]),
+        np.concatenate([[0], *pointers]),
+    )
+    return sparse.csc_array(parts, shape=(blocks[0].shape[0], sum(block.shape[1] for block in blocks)))
+
+
 def band_of(matrix: sparse.csc_array, width: int) -> FloatArray:
     """Diagonals 0 .. width - 1 of a symmetric matrix (k, k), (width, k): entry (d, i) is that of i and i + d."""
-    out = np.zeros((width, matrix.shape[1]))
+    shape = (width, matrix.shape[1])
     column = np.repeat(np.arange(matrix.shape[1]), np.diff(matrix.indptr))
     distance = column - matrix.indices
     chosen = (distance >= 0) & (distance < width)
-    np.add.at(out, (distance[chosen], matrix.indices[chosen]), matrix.data[chosen])
-    return out
+    place = distance[chosen] * matrix.shape[1] + matrix.indices[chosen]
+    return np.asarray(
+        np.bincount(place, matrix.data[chosen], minlength=shape[0] * shape[1]).reshape(shape),
+        dtype=np.float64,
+    )

@@ -92,6 +92,11 @@ def _runs(projector: ResidualProjector, rows: PhotoRows, redundancy: FloatArray)
     )  # fmt: skip
 
 
+def _sums(curve: IntArray, values: FloatArray, count: int) -> FloatArray:
+    """Sums of values curve by curve, (count,)."""
+    return np.asarray(np.bincount(curve, values, minlength=count), dtype=np.float64)
+
+
 def _exact_moments(
     projector: ResidualProjector, rows: PhotoRows, runs: _Runs
 ) -> Iterator[tuple[int, tuple[float, float, float]]]:
