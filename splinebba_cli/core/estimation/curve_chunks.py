@@ -1,4 +1,4 @@
-"""Equations of curve points, some of them at a time: the rows of all points together would not fit.
+"""Equations of curve points, some of them at a time: only their Jacobian is kept of all points together.
 
 A point has its equation across the curve, and one along it where that is asked for (where its location is held, it is
 one of the equations of the network).  Equations of all points are numbered: across, point by point, then along of the
@@ -7,7 +7,6 @@ points that have it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,18 +22,33 @@ CHUNK = 16_384  # points at once
 
 @dataclass(frozen=True)
 class CurveEquations:
-    """What is kept of all equations of curve points."""
+    """All equations of curve points."""
 
     point: IntArray  # (k,) measured point: 0 .. n - 1 across, then those along
     residual: FloatArray  # (k,) whitened
     normal: FloatArray  # (n, 2) whitened unit normal
+    segment: IntArray  # (k,)
+    jacobian: FloatArray  # (k, 6 or 0 + 3 w) masked
 
     @classmethod
     def begun(cls, assembler: Assembler, at: Linearization) -> CurveEquations:
         """Numbered, without figures."""
         count = len(assembler.prepared.network.curve_observations)
         point = np.concatenate([np.arange(count), along_points(assembler, at)])
-        return cls(point, np.zeros(len(point)), np.zeros((count, 2)))
+        width = assembler.orientation_size + 3 * assembler.prepared.curves.support
+        segment, jacobian = np.zeros(len(point), dtype=np.int64), np.zeros((len(point), width))
+        return cls(point, np.zeros(len(point)), np.zeros((count, 2)), segment, jacobian)
+
+    @classmethod
+    def at(cls, assembler: Assembler, at: Linearization) -> CurveEquations:
+        """All equations of the network."""
+        out = cls.begun(assembler, at)
+        along = np.zeros(len(out.normal), dtype=bool)
+        along[out.along] = True
+        for begin in range(0, len(along), CHUNK):
+            points = np.arange(begin, min(begin + CHUNK, len(along)))
+            out.put(curve_chunk(assembler, at.state, points, np.flatnonzero(along[points])))
+        return out
 
     @property
     def along(self) -> IntArray:
@@ -51,7 +65,11 @@ class CurveEquations:
         if len(self.along):
             number[count:] = np.where(self.along[place] == point, len(self.normal) + place, -1)
         self.normal[chunk.points] = rows.normal
-        self.residual[number[number >= 0]] = rows.residual[number >= 0]
+        own = number >= 0
+        for target, values in (
+            (self.residual, rows.residual), (self.segment, rows.segment), (self.jacobian, chunk.jacobian),
+        ):  # fmt: skip
+            target[number[own]] = values[own]
         return number
 
 
@@ -91,15 +109,6 @@ def curve_chunk(assembler: Assembler, state: State, points: IntArray, along: Int
     return CurveChunk(points, rows, jacobian)
 
 
-def curve_chunks(assembler: Assembler, at: Linearization) -> Iterator[CurveChunk]:
-    """The equations of the network, in the order of the points."""
-    along = np.zeros(len(assembler.prepared.network.curve_observations), dtype=bool)
-    along[along_points(assembler, at)] = True
-    for begin in range(0, len(along), CHUNK):
-        points = np.arange(begin, min(begin + CHUNK, len(along)))
-        yield curve_chunk(assembler, at.state, points, np.flatnonzero(along[points]))
-
-
 def equation_rows(assembler: Assembler, at: Linearization, numbers: IntArray) -> tuple[CurveRows, FloatArray]:
     """Some equations (q,) of the network and their Jacobian, in the order asked for; no figures of points."""
     count = len(assembler.prepared.network.curve_observations)
@@ -119,13 +128,11 @@ def equation_rows(assembler: Assembler, at: Linearization, numbers: IntArray) ->
 
 def _restricted(prepared: Prepared, points: IntArray) -> Prepared:
     """A network with some of the measured curve points only; what links them is left out."""
-    rays, chains = prepared.curve_rays, prepared.chains
+    rays, chains, observed = prepared.curve_rays, prepared.chains, prepared.network.curve_observations
     none = np.zeros((0, 0), dtype=np.int64)
     return replace(
         prepared,
-        network=replace(
-            prepared.network, curve_observations=select_rows(prepared.network.curve_observations, points)
-        ),
+        network=replace(prepared.network, curve_observations=select_rows(observed, points)),
         curve_rays=ImageRays(rays.xy[points], rays.whitening[points]),
         chains=Chains(none, none, none, chains.linked[points]),
     )

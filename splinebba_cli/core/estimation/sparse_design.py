@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from splinebba_cli.core.estimation.curve_chunks import CurveEquations, curve_chunks
+from splinebba_cli.core.estimation.curve_chunks import CurveEquations
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
 from splinebba_cli.core.network import FloatArray, IntArray
 
@@ -49,10 +49,9 @@ class SparseDesign:
         return sparse.csr_array(self.reduced.T @ self.points)
 
 
-def sparse_design(assembler: Assembler, at: Linearization) -> SparseDesign:
-    """All rows at one state."""
+def sparse_design(assembler: Assembler, at: Linearization, curve: CurveEquations) -> SparseDesign:
+    """All rows at one state, of which those of the curve points are at hand."""
     priors, weight = at.orientation_priors, assembler.point_inverse_sigma
-    curve = CurveEquations.begun(assembler, at)
     parts = [
         len(curve.point),
         2 * len(at.points.residual),
@@ -71,7 +70,7 @@ def sparse_design(assembler: Assembler, at: Linearization) -> SparseDesign:
         _coefficient_entries(assembler, at, ranges.coefficients),
     ]
     others = _matrix(entries, (ranges.count, int(assembler.layout.node_starts[-1])), assembler.mask)
-    reduced = _with_curve_rows(assembler, at, curve, others)
+    reduced = _with_curve_rows(assembler, curve, others)
     residual = np.concatenate(
         [
             curve.residual,
@@ -88,25 +87,22 @@ def sparse_design(assembler: Assembler, at: Linearization) -> SparseDesign:
 
 
 def _with_curve_rows(
-    assembler: Assembler, at: Linearization, curve: CurveEquations, others: sparse.csr_array
+    assembler: Assembler, curve: CurveEquations, others: sparse.csr_array
 ) -> sparse.csr_array:
-    """All rows: those of the curve points, chunk by chunk, before the others; also fills `curve`."""
+    """All rows: those of the curve points before the others."""
     layout, size, curves = assembler.layout, assembler.orientation_size, assembler.prepared.curves
-    width = size + 3 * curves.support
-    own = len(curve.point) * width
+    rows, width = curve.jacobian.shape
+    own = rows * width
     index = np.int32 if max(own + others.nnz, others.shape[1]) < np.iinfo(np.int32).max else np.int64
-    data, indices = np.empty(own + others.nnz), np.empty(own + others.nnz, dtype=index)
-    rows, columns = data[:own].reshape(-1, width), indices[:own].reshape(-1, width)
-    for chunk in curve_chunks(assembler, at):
-        number = curve.put(chunk)
-        unknown = layout.unknown_of_coefficient[curves.columns[chunk.rows.segment]]
-        places = np.empty((len(number), width), dtype=index)
-        places[:, :size] = 6 * chunk.rows.image[:, None] + ORIENTATION[:size]
-        places[:, size:].reshape(len(number), curves.support, 3)[:] = unknown[:, :, None] + np.arange(3)
-        rows[number], columns[number] = chunk.jacobian, places
-    data[own:], indices[own:] = others.data, others.indices
-    first = np.arange(len(curve.point)) * width
-    pointer = np.concatenate([first, own + others.indptr[len(curve.point) :]]).astype(index)
+    indices = np.empty(own + others.nnz, dtype=index)
+    columns = indices[:own].reshape(rows, width)
+    image = assembler.prepared.network.curve_observations.image[curve.point].astype(index)
+    columns[:, :size] = 6 * image[:, None] + ORIENTATION[:size].astype(index)
+    unknown = (layout.unknown_of_coefficient[curves.columns][:, :, None] + np.arange(3)).astype(index)
+    columns[:, size:] = unknown.reshape(len(unknown), width - size)[curve.segment]
+    indices[own:] = others.indices
+    data = np.concatenate([curve.jacobian.ravel(), others.data])
+    pointer = np.concatenate([np.arange(rows) * width, own + others.indptr[rows:]]).astype(index)
     return sparse.csr_array((data, indices, pointer), shape=others.shape)
 
 

@@ -18,6 +18,7 @@ import numpy as np
 from scipy import sparse
 
 from splinebba_cli.core.estimation.block_cholesky import Factor
+from splinebba_cli.core.estimation.curve_chunks import CurveEquations
 from splinebba_cli.core.estimation.gauss_markov import Solution
 from splinebba_cli.core.estimation.half_solution import gram, gram_band
 from splinebba_cli.core.estimation.normal_equations import Assembler
@@ -35,11 +36,13 @@ class ResidualProjector:
 
     assembler: Assembler
     solution: Solution
+    curve: CurveEquations | None = None  # where they are at hand
 
     @cached_property
     def design(self) -> SparseDesign:
         """The rows, in whose order directions are given."""
-        return sparse_design(self.assembler, self.solution.linearization)
+        at = self.solution.linearization
+        return sparse_design(self.assembler, at, self.curve or CurveEquations.at(self.assembler, at))
 
     @property
     def factor(self) -> Factor:
