@@ -37,46 +37,40 @@ class CurveFigures:
     )
 
 
-@dataclass(frozen=True)
-class _ChunkFigures:
-    chunk: CurveChunk
-    leverage: FloatArray  # (k,)
-    share: FloatArray  # (k,)
-
-
 def curve_figures(cofactors: Cofactors) -> CurveFigures:
     """Figures of all curve points of a solution."""
     assembler, at = cofactors.assembler, cofactors.solution.linearization
     observed, curves = assembler.prepared.network.curve_observations, assembler.prepared.curves
     equations = CurveEquations.begun(assembler, at)
-    leverage, share = np.zeros(len(equations.point)), np.zeros(len(equations.point))
-    location = np.zeros(len(observed))
+    count = len(equations.point)
+    found = CurveFigures(equations, np.zeros(count), np.zeros(count), np.zeros(len(observed)))
     free = curves.has_location[observed.curve] & ~assembler.prepared.chains.linked
     free[at.held] = False
     keys = observed.image * len(curves.bases) + observed.curve
     order = np.arange(len(keys)) if (keys[1:] >= keys[:-1]).all() else np.argsort(keys, kind="stable")
-    parts = [order[begin : begin + CHUNK] for begin in range(0, len(order), CHUNK)]
     weights, _ = cofactors.orientation_weights, cofactors.segments  # both before threads ask for them
-    for part in in_threads(lambda points: _of_chunk(cofactors, weights, points), parts):
-        points, rows = part.chunk.points, part.chunk.rows
-        number = equations.put(part.chunk)
+
+    def take(points: IntArray) -> None:
+        chunk = curve_chunk(assembler, cofactors.solution.state, points, np.arange(len(points)))
+        leverage, share = _taken_up(cofactors, weights, chunk)
+        number = equations.put(chunk)
         is_equation = number >= 0
-        leverage[number[is_equation]] = part.leverage[is_equation]
-        share[number[is_equation]] = part.share[is_equation]
-        along = rows.point[len(points) :]
-        along_leverage = part.leverage[len(points) :][free[points[along]]]
-        along = along[free[points[along]]]
-        speed = rows.speed[along]
-        location[points[along]] = (1.0 + along_leverage) / np.where(speed > 0.0, speed, np.inf) ** 2
-    return CurveFigures(equations, leverage, share, location)
+        found.leverage[number[is_equation]] = leverage[is_equation]
+        found.orientation_share[number[is_equation]] = share[is_equation]
+        along = chunk.rows.point[len(points) :]
+        is_free = free[points[along]]
+        speed = chunk.rows.speed[along[is_free]]
+        inverse = 1.0 / np.where(speed > 0.0, speed, np.inf)
+        found.location[points[along[is_free]]] = (1.0 + leverage[len(points) :][is_free]) * inverse**2
+
+    in_threads(take, [order[begin : begin + CHUNK] for begin in range(0, len(order), CHUNK)])
+    return found
 
 
-def _of_chunk(cofactors: Cofactors, weights: FloatArray, points: IntArray) -> _ChunkFigures:
-    """Leverages of the equations across and along of some points."""
-    assembler, state = cofactors.assembler, cofactors.solution.state
+def _taken_up(cofactors: Cofactors, weights: FloatArray, chunk: CurveChunk) -> tuple[FloatArray, FloatArray]:
+    """Leverages of the equations of a chunk, and the share of the orientation of their image, (k,) each."""
+    assembler, rows = cofactors.assembler, chunk.rows
     size = assembler.orientation_size
-    chunk = curve_chunk(assembler, state, points, np.arange(len(points)))
-    rows = chunk.rows
     groups = RowGroups.of(rows.image * len(assembler.prepared.curves.left) + rows.segment)
     image, segment = rows.image[groups.representative], rows.segment[groups.representative]
     padded = np.concatenate([chunk.jacobian, np.zeros((1, chunk.jacobian.shape[1]))])
@@ -91,7 +85,7 @@ def _of_chunk(cofactors: Cofactors, weights: FloatArray, points: IntArray) -> _C
             reached = reached - moved[members]
         if size:
             share[members] = np.sum(np.matmul(reached, weights[image[chosen]]) * reached, axis=2)
-    return _ChunkFigures(chunk, leverage[:-1], share[:-1])
+    return leverage[:-1], share[:-1]
 
 
 def reached_by_datum(cofactors: Cofactors, chunk: CurveChunk) -> FloatArray:

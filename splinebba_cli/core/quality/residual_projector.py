@@ -27,6 +27,7 @@ from splinebba_cli.core.network import FloatArray, IntArray
 
 BLOCK_ENTRIES = 16_000_000  # of the right-hand sides that are solved together
 MOST_TOGETHER = 512
+DENSE = 0.2  # share of entries from which directions are multiplied as dense ones
 WORK = 5e9  # floating-point operations that one family of tests may take
 
 
@@ -106,7 +107,8 @@ class ResidualProjector:
 
     def _reduced_sides(self, directions: sparse.csc_array) -> tuple[sparse.csc_array, sparse.csc_array]:
         """b_r and (A_x'C)' H^-1 A_x'C of directions, (N, k) and (k, k)."""
-        side = self.design.reduced.T @ directions
+        dense = directions.nnz > DENSE * directions.shape[0] * directions.shape[1]
+        side = self.design.reduced.T @ (directions.toarray() if dense else directions)
         if not self.design.points.nnz:
             return sparse.csc_array(side), sparse.csc_array((directions.shape[1], directions.shape[1]))
         over_points = sparse.csc_array(self.design.points.T @ directions)
