@@ -8,6 +8,7 @@ points that have it.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -28,7 +29,8 @@ class CurveEquations:
     residual: FloatArray  # (k,) whitened
     normal: FloatArray  # (n, 2) whitened unit normal
     segment: IntArray  # (k,)
-    jacobian: FloatArray  # (k, 6 or 0 + 3 w) masked
+    width: int  # P = 6 or 0 + 3 w
+    entries: FloatArray  # (k P + ...,) Jacobian row by row, then room for the other rows of a sparse design
 
     @classmethod
     def begun(cls, assembler: Assembler, at: Linearization) -> CurveEquations:
@@ -36,8 +38,9 @@ class CurveEquations:
         count = len(assembler.prepared.network.curve_observations)
         point = np.concatenate([np.arange(count), along_points(assembler, at)])
         width = assembler.orientation_size + 3 * assembler.prepared.curves.support
-        segment, jacobian = np.zeros(len(point), dtype=np.int64), np.zeros((len(point), width))
-        return cls(point, np.zeros(len(point)), np.zeros((count, 2)), segment, jacobian)
+        entries = np.zeros(len(point) * width + _other_entries(assembler))
+        segment = np.zeros(len(point), dtype=np.int64)
+        return cls(point, np.zeros(len(point)), np.zeros((count, 2)), segment, width, entries)
 
     @classmethod
     def at(cls, assembler: Assembler, at: Linearization) -> CurveEquations:
@@ -49,6 +52,11 @@ class CurveEquations:
             points = np.arange(begin, min(begin + CHUNK, len(along)))
             out.put(curve_chunk(assembler, at.state, points, np.flatnonzero(along[points])))
         return out
+
+    @cached_property
+    def jacobian(self) -> FloatArray:
+        """(k, P) masked."""
+        return self.entries[: len(self.point) * self.width].reshape(len(self.point), self.width)
 
     @property
     def along(self) -> IntArray:
@@ -136,3 +144,11 @@ def _restricted(prepared: Prepared, points: IntArray) -> Prepared:
         curve_rays=ImageRays(rays.xy[points], rays.whitening[points]),
         chains=Chains(none, none, none, chains.linked[points]),
     )
+
+
+def _other_entries(assembler: Assembler) -> int:
+    """Entries that all other rows of a sparse design have at most."""
+    network, rows = assembler.prepared.network, assembler.coefficient_rows
+    values = 3 * rows.columns.shape[1] * len(rows)
+    points = 2 * (6 + 3) * len(network.point_observations) + 3 * len(network.points.ids)
+    return int(values + points + 12 * len(network.distances) + 36 * len(network.images.ids))

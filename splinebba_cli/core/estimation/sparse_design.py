@@ -101,7 +101,8 @@ def _with_curve_rows(
     unknown = (layout.unknown_of_coefficient[curves.columns][:, :, None] + np.arange(3)).astype(index)
     columns[:, size:] = unknown.reshape(len(unknown), width - size)[curve.segment]
     indices[own:] = others.indices
-    data = np.concatenate([curve.jacobian.ravel(), others.data])
+    data = curve.entries[: own + others.nnz]  # the Jacobian is not copied
+    data[own:] = others.data
     pointer = np.concatenate([np.arange(rows) * width, own + others.indptr[rows:]]).astype(index)
     return sparse.csr_array((data, indices, pointer), shape=others.shape)
 
