@@ -7,8 +7,9 @@ Candidates come from the figures that every observation has (reliability.py); on
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -27,6 +28,7 @@ from splinebba_cli.core.quality.reliability import CONTROLLED
 from splinebba_cli.core.result import ResidualTable
 
 MOST = 20
+BLOCK_ENTRIES = 16_000_000  # of the right-hand sides that are solved together
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,7 @@ class _Candidates:
 
     kind: ObservationKind
     unit: Literal["mm", "rad", "m"]
-    columns: EquationColumns
+    columns: Callable[[slice], EquationColumns]  # of some of them
     redundancy: FloatArray  # (q,)
     sigma: FloatArray  # (q,)
     names: list[str]
@@ -60,15 +62,20 @@ def influences(
     weights = cofactors.orientation_weights
     on_objects = ObjectEffects.of(solved.assembler.prepared, solved.solution.state)
     found: list[Influence] = []
+    width = max(1, BLOCK_ENTRIES // int(solved.assembler.layout.node_starts[-1]))
     for part in _candidates(effects_of, solved, numbers, curves, points):
-        errors = delta0 / np.sqrt(part.redundancy)
-        effects = effects_of.of(part.columns, errors)
-        if cofactors.datum is not None:
-            effects = cofactors.datum.of_effects(effects)
-        least = found[-1].orientation if len(found) == MOST else 0.0
-        found += _described(part, errors, effects, weights, on_objects, least)
-        found.sort(key=lambda influence: (-influence.orientation, -influence.bias_to_noise, influence.name))
-        found = found[:MOST]
+        for begin in range(0, len(part.names), width):
+            own = slice(begin, begin + width)
+            errors = delta0 / np.sqrt(part.redundancy[own])
+            effects = effects_of.of(part.columns(own), errors)
+            if cofactors.datum is not None:
+                effects = cofactors.datum.of_effects(effects)
+            least = found[-1].orientation if len(found) == MOST else 0.0
+            found += _described(part, own, errors, effects, weights, on_objects, least)
+            found.sort(
+                key=lambda influence: (-influence.orientation, -influence.bias_to_noise, influence.name)
+            )
+            found = found[:MOST]
     return tuple(found)
 
 
@@ -85,13 +92,20 @@ def _candidates(
     if len(rows):
         sigma = np.linalg.norm(numbers.curve.normal[rows] * seen.sigma[rows], axis=1)
         names = [f"{curve_point_name(network, k)}, across" for k in rows]
-        yield _Candidates("spline", "mm", effects.curve_rows(rows), numbers.curve_rows[rows], sigma, names)
+        yield _Candidates(
+            "spline",
+            "mm",
+            lambda part: effects.curve_rows(rows[part]),
+            numbers.curve_rows[rows],
+            sigma,
+            names,
+        )
     flat = _largest(on_points.reliability.orientation_influence.ravel())
     if len(flat):
         rows, axis = flat // 2, flat % 2
         names = [f"{image_point_name(network, k)}, {'xy'[d]}" for k, d in zip(rows, axis, strict=True)]
         yield _Candidates(
-            "point", "mm", effects.image_points(rows, axis), numbers.image_points[rows, axis],
+            "point", "mm", lambda part: effects.image_points(rows[part], axis[part]), numbers.image_points[rows, axis],
             points.sigma[rows, axis], names,
         )  # fmt: skip
     yield from _priors(effects, solved, numbers)
@@ -110,14 +124,14 @@ def _priors(
             f"control point `{network.points.ids[k]}`, {AXES[d]}" for k, d in zip(point, axis, strict=True)
         ]
         yield _Candidates(
-            "control point", "m", effects.point_priors(point, axis), numbers.point_priors[point, axis],
-            network.points.sigma[point, axis], names,
+            "control point", "m", lambda part: effects.point_priors(point[part], axis[part]),
+            numbers.point_priors[point, axis], network.points.sigma[point, axis], names,
         )  # fmt: skip
     distances = _largest(-np.where(numbers.distances > CONTROLLED, numbers.distances, np.inf))
     if len(distances):
         names = [distance_name(network, int(k)) for k in distances]
         yield _Candidates(
-            "distance", "m", effects.distances(distances), numbers.distances[distances],
+            "distance", "m", lambda part: effects.distances(distances[part]), numbers.distances[distances],
             network.distances.sigma[distances], names,
         )  # fmt: skip
     rows = solved.assembler.coefficient_rows
@@ -131,8 +145,8 @@ def _priors(
             for k in chosen
         ]
         yield _Candidates(
-            "control spline", "m", effects.coefficient_rows(chosen), numbers.coefficient_rows[chosen],
-            rows.sigma[chosen], names,
+            "control spline", "m", lambda part: effects.coefficient_rows(chosen[part]),
+            numbers.coefficient_rows[chosen], rows.sigma[chosen], names,
         )  # fmt: skip
     yield from _orientations(
         effects, at.orientation_priors.image, numbers, network.images.ids, network.images.prior_sigma
@@ -161,7 +175,7 @@ def _orientations(
                 for k, c in zip(rows, component, strict=True)
             ]
             yield _Candidates(
-                "eop prior", unit, effects.orientation_priors(rows, component),
+                "eop prior", unit, partial(_prior_columns, effects, rows, component),
                 numbers.orientation_priors[rows, component], sigma[image[rows], component], names,
             )  # fmt: skip
 
@@ -173,18 +187,25 @@ def _largest(figures: FloatArray) -> IntArray:
     return np.asarray(finite[order], dtype=np.int64)
 
 
+def _prior_columns(
+    effects: ObservationEffects, rows: IntArray, component: IntArray, part: slice
+) -> EquationColumns:
+    return effects.orientation_priors(rows[part], component[part])
+
+
 def _described(
     part: _Candidates,
+    own: slice,
     errors: FloatArray,
     effects: Effects,
     weights: FloatArray,
     on_objects: ObjectEffects,
     least: float,
 ) -> list[Influence]:
-    """Those of a part that bend an orientation by at least so much."""
+    """Some of a part, those that bend an orientation by at least so much."""
     images, found = on_objects.network.images.ids, []
-    for k, name in enumerate(part.names):
-        r = float(part.redundancy[k])
+    columns = (part.names[own], part.redundancy[own].tolist(), part.sigma[own].tolist())
+    for k, (name, r, sigma) in enumerate(zip(*columns, strict=True)):
         moved = effects.orientation[:, :, k]
         square = np.sum(np.matmul(moved[:, None], weights)[:, 0] * moved, axis=1)
         on_orientation = np.sqrt(np.maximum(square, 0.0))
@@ -199,7 +220,7 @@ def _described(
                 kind=part.kind,
                 name=name,
                 redundancy=r,
-                minimal_detectable_bias=float(errors[k] * part.sigma[k]),
+                minimal_detectable_bias=float(errors[k] * sigma),
                 unit=part.unit,
                 bias_to_noise=float(errors[k] * np.sqrt(max(1.0 - r, 0.0))),
                 orientation=float(on_orientation[worst[0]]),

@@ -58,6 +58,10 @@ class PhotoRows:
     def directions(self, rows: IntArray, bias: FloatArray) -> sparse.csc_array:
         """Directions (count, p) of biases (k, p, 2), mm per unit, of the measurements of some rows (k,)."""
         values = np.sum(bias * self.sensitivity[rows][:, None, :], axis=2)
-        pointer = len(rows) * np.arange(bias.shape[1] + 1)
-        entries = (np.ascontiguousarray(values.T).ravel(), np.tile(rows, bias.shape[1]), pointer)
+        pointer = len(rows) * np.arange(bias.shape[1] + 1, dtype=np.int32)
+        entries = (
+            np.ascontiguousarray(values.T).ravel(),
+            np.tile(rows.astype(np.int32), bias.shape[1]),
+            pointer,
+        )
         return sparse.csc_array(entries, shape=(self.count, bias.shape[1]))

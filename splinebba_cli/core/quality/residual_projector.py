@@ -27,6 +27,7 @@ from splinebba_cli.core.network import FloatArray, IntArray
 
 BLOCK_ENTRIES = 16_000_000  # of the right-hand sides that are solved together
 MOST_TOGETHER = 512
+BATCH_ENTRIES = 2_000_000  # of directions that are projected together
 DENSE = 0.2  # share of entries from which directions are multiplied as dense ones
 WORK = 5e9  # floating-point operations that one family of tests may take
 
@@ -62,13 +63,13 @@ class ResidualProjector:
         """C'C and C'R C of every one of many small blocks of directions; several of them are solved together."""
         width = min(MOST_TOGETHER, max(1, BLOCK_ENTRIES // max(1, self.design.reduced.shape[1])))
         batch: list[sparse.csc_array] = []
-        size = 0
+        size, entries = 0, 0
         for block in blocks:
-            if batch and size + block.shape[1] > width:
+            if batch and (size + block.shape[1] > width or entries + block.nnz > BATCH_ENTRIES):
                 yield from self._batch(batch)
-                batch, size = [], 0
+                batch, size, entries = [], 0, 0
             batch.append(block)
-            size += block.shape[1]
+            size, entries = size + block.shape[1], entries + block.nnz
         if batch:
             yield from self._batch(batch)
 
@@ -130,6 +131,8 @@ class ResidualProjector:
 
 def side_by_side(blocks: list[sparse.csc_array]) -> sparse.csc_array:
     """The columns of all blocks."""
+    if len(blocks) == 1:
+        return blocks[0]
     begins = np.cumsum([0, *(block.nnz for block in blocks)])
     pointers = [block.indptr[1:] + begin for block, begin in zip(blocks, begins[:-1].tolist(), strict=True)]
     parts = (
