@@ -7,7 +7,8 @@ The block of the benchmark generator is brought to its solution; then, in turn a
     iteration    equations and normal equations, factor, solution, refined foot points at the new state
     quality      selected inverse, redundancy numbers of all observations, w, tau, MDB, external reliability
 
-Prints medians of the times and the ratio.
+Prints medians of the times and the ratio; then everything that follows from a solution (`evaluate`), part by part, the
+least times of the repeats, and the memory that it takes.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import time
 import numpy as np
 
 from benchmarks.bench_block import network_from_npz
+from benchmarks.quality_parts import Times, memory_gib, times_of_parts
 from splinebba_cli.core.approximation.starting_values import starting_state
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
 from splinebba_cli.core.estimation.datum import datum_layout
@@ -28,6 +30,7 @@ from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, g
 from splinebba_cli.core.observations.locations import held_locations, refine_locations
 from splinebba_cli.core.observations.shape_conditions import control_rows
 from splinebba_cli.core.quality.cofactors import Cofactors
+from splinebba_cli.core.quality.evaluation import Adjusted
 from splinebba_cli.core.quality.linked_cofactors import linked_cofactors
 from splinebba_cli.core.quality.redundancy import redundancy_numbers
 from splinebba_cli.core.quality.reliability import delta0_of
@@ -88,6 +91,9 @@ def main() -> None:
             begin = time.perf_counter()
             run()
             times[name].append(time.perf_counter() - begin)
+    adjusted = Adjusted(prepared, solved, (), ())
+    memory = memory_gib(adjusted)
+    parts = [times_of_parts(adjusted) for _ in range(chosen.repeats)]
     middle = {name: statistics.median(taken) for name, taken in times.items()}
     ratios = [q / i for q, i in zip(times["quality"], times["iteration"], strict=True)]
     print(
@@ -97,6 +103,16 @@ def main() -> None:
     print(
         f"ratio {min(ratios):.2f} / {statistics.median(ratios):.2f} / {max(ratios):.2f} (least, median, most)"
     )
+    _print_parts(parts)
+    if memory is not None:
+        print(f"resident memory {memory[0]:.2f} GiB before, {memory[1]:.2f} GiB at most")
+
+
+def _print_parts(parts: list[Times]) -> None:
+    print("\nevaluate, part by part (some lie inside others)      wall s   processor s")
+    for label in parts[0]:
+        wall, cpu = (min(times[label][k] for times in parts) for k in range(2))
+        print(f"{label:48s} {wall:10.3f} {cpu:13.3f}")
 
 
 if __name__ == "__main__":

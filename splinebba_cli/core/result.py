@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from splinebba_cli.core.evidence import Criterion, Evidence, Reliability, Revision
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, Network
+from splinebba_cli.core.prior_residuals import PriorResiduals
 
 Severity = Literal["error", "warning", "info"]
 
@@ -180,21 +182,6 @@ class ScalarResiduals:
 
 
 @dataclass(frozen=True)
-class PriorResidual:
-    """Residual of one control coordinate or prior equation."""
-
-    kind: str  # "control point", "control spline", "eop prior", "gauge", "shape", "datum"
-    subject: str  # id
-    component: str  # "x", "omega", "knot 3 z"
-    residual: float  # adjusted - given; m or rad
-    sigma: float
-    redundancy: float
-    standardized: float = float("nan")  # v / (sigma0_prior sqrt(q_vv)); NaN of conditions
-    minimal_detectable_bias: float = float("nan")  # m or rad; NaN of conditions
-    bias_to_noise: float = float("nan")
-
-
-@dataclass(frozen=True)
 class CheckTest:
     """Differences against their predicted dispersion: d'C^-1 d and the largest value that is accepted."""
 
@@ -283,11 +270,11 @@ class AdjustmentResult:
     iterations: tuple[Iteration, ...]
     statistics: Statistics
     images: ImageResult
-    curves: tuple[CurveResult, ...]
+    curves: Sequence[CurveResult]
     points: PointResult
     point_residuals: ResidualTable
     curve_residuals: ResidualTable
-    prior_residuals: tuple[PriorResidual, ...]
+    prior_residuals: PriorResiduals
     checks: Checks
     problems: tuple[Problem, ...]
     dispersion: DispersionBlocks | None = None

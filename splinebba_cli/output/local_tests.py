@@ -14,7 +14,6 @@ from splinebba_cli.core.evidence import Influence
 from splinebba_cli.core.network import BoolArray, FloatArray
 from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.output.residual_summary import taking_part
-from splinebba_cli.output.tables import ANGLES
 
 WEAK = 0.1  # redundancy number below which an observation is weakly controlled
 UNCONTROLLED = 1e-3
@@ -107,18 +106,19 @@ def _kinds(result: AdjustmentResult) -> list[_Kind]:
 
 def _prior_kinds(result: AdjustmentResult) -> list[_Kind]:
     """Control points, control splines and prior orientations; positions and angles apart."""
-    members: dict[tuple[str, Literal["deg", "m"]], list[tuple[float, float, float]]] = {}
-    for prior in result.prior_residuals:
-        if prior.minimal_detectable_bias != prior.minimal_detectable_bias:  # NaN
-            continue
-        unit: Literal["deg", "m"] = "deg" if prior.component in ANGLES else "m"
-        factor = DEGREES if unit == "deg" else 1.0
-        figures = (prior.redundancy, factor * prior.minimal_detectable_bias, prior.standardized)
-        members.setdefault((prior.kind, unit), []).append(figures)
-    return [
-        _Kind(f"{kind}, angles" if unit == "deg" else kind, unit, *np.array(rows).T)
-        for (kind, unit), rows in members.items()
-    ]
+    priors = result.prior_residuals
+    found = []
+    for kind, angular, rows in priors.groups():
+        tested = rows[~np.isnan(priors.minimal_detectable_bias[rows])]
+        if len(tested):
+            found.append(
+                _Kind(
+                    f"{kind}, angles" if angular else kind, "deg" if angular else "m", priors.redundancy[tested],
+                    (DEGREES if angular else 1.0) * priors.minimal_detectable_bias[tested],
+                    priors.standardized[tested],
+                )
+            )  # fmt: skip
+    return found
 
 
 def _influence(influence: Influence) -> dict[str, Any]:

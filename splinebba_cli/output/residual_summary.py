@@ -23,9 +23,9 @@ from splinebba_cli.core.network import (
     PointObservations,
     select_rows,
 )
-from splinebba_cli.core.result import AdjustmentResult, PriorResidual
+from splinebba_cli.core.prior_residuals import PriorResiduals
+from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.output.revision_tables import weights_of
-from splinebba_cli.output.tables import ANGLES
 
 Summary = dict[str, Any]
 _TABLES: tuple[tuple[ObservationKind, str, str], ...] = (
@@ -199,19 +199,15 @@ def _scalar_summary(values: FloatArray, redundancy: FloatArray) -> Summary:
     }
 
 
-def _prior_groups(priors: tuple[PriorResidual, ...]) -> list[Summary]:
+def _prior_groups(priors: PriorResiduals) -> list[Summary]:
     """Per kind and unit (degrees or metres), in order of appearance: count, rms, largest, redundancy."""
-    groups: dict[tuple[str, str], list[PriorResidual]] = {}
-    for prior in priors:
-        groups.setdefault((prior.kind, "deg" if prior.component in ANGLES else "m"), []).append(prior)
-    out = []
-    for (kind, unit), members in groups.items():
-        values = np.array([member.residual for member in members]) * (180.0 / np.pi if unit == "deg" else 1.0)
-        out.append(
-            {
-                "kind": kind,
-                "unit": unit,
-                **_scalar_summary(values, np.array([member.redundancy for member in members])),
-            }
-        )
-    return out
+    return [
+        {
+            "kind": kind,
+            "unit": "deg" if angular else "m",
+            **_scalar_summary(
+                priors.residual[rows] * (180.0 / np.pi if angular else 1.0), priors.redundancy[rows]
+            ),
+        }
+        for kind, angular, rows in priors.groups()
+    ]

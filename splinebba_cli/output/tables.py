@@ -256,22 +256,18 @@ def _scalar_columns(residuals: ScalarResiduals, unit: str, factor: float, decima
 def prior_residuals_table(result: AdjustmentResult) -> Table:
     """One row a control, prior, gauge or datum equation: adjusted - given; degrees or metres."""
     priors = result.prior_residuals
-    angular = np.array([prior.component in ANGLES for prior in priors], dtype=bool)
-    factor = np.where(angular, 180.0 / np.pi, 1.0)
+    factor = np.where(priors.angular, 180.0 / np.pi, 1.0)
     columns = (
-        Column("kind", [prior.kind for prior in priors]),
-        Column("subject", [prior.subject for prior in priors]),
-        Column("component", [prior.component for prior in priors]),
-        Column("unit", ["deg" if is_angle else "m" for is_angle in angular]),
-        Column("residual", factor * np.array([prior.residual for prior in priors], dtype=float)),
-        Column("sigma", factor * np.array([prior.sigma for prior in priors], dtype=float)),
-        Column("redundancy", np.array([prior.redundancy for prior in priors], dtype=float), _RATIO),
-        Column("standardized", np.array([prior.standardized for prior in priors], dtype=float), _RATIO),
-        Column(
-            "minimal_detectable_bias",
-            factor * np.array([prior.minimal_detectable_bias for prior in priors], dtype=float),
-        ),
-        Column("bias_to_noise", np.array([prior.bias_to_noise for prior in priors], dtype=float), "%.4f"),
+        Column("kind", priors.kind.tolist()),
+        Column("subject", priors.subject.tolist()),
+        Column("component", priors.component.tolist()),
+        Column("unit", np.where(priors.angular, "deg", "m").tolist()),
+        Column("residual", factor * priors.residual),
+        Column("sigma", factor * priors.sigma),
+        Column("redundancy", priors.redundancy, _RATIO),
+        Column("standardized", priors.standardized, _RATIO),
+        Column("minimal_detectable_bias", factor * priors.minimal_detectable_bias),
+        Column("bias_to_noise", priors.bias_to_noise, "%.4f"),
     )
     return Table("prior_residuals", columns)
 

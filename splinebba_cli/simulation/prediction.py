@@ -140,10 +140,7 @@ def redundancy_summary(result: AdjustmentResult) -> tuple[RedundancySummary, ...
         ("tangents", result.tangent_residuals.redundancy),
     ]
     priors = result.prior_residuals
-    kinds += [
-        (kind, np.array([r.redundancy for r in priors if r.kind == kind]))
-        for kind in dict.fromkeys(r.kind for r in priors)
-    ]
+    kinds += [(kind, priors.redundancy[priors.kind == kind]) for kind in dict.fromkeys(priors.kind.tolist())]
     return tuple(
         RedundancySummary(name, len(r), float(r.mean()), float(r.min()), float(np.mean(r < 0.1)))
         for name, r in kinds

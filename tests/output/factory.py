@@ -21,6 +21,7 @@ from splinebba_cli.core.network import (
     PointObservations,
     Points,
 )
+from splinebba_cli.core.prior_residuals import PriorResidual, PriorResiduals
 from splinebba_cli.core.quality.reliability import local_tests_of, reliability
 from splinebba_cli.core.result import (
     AdjustmentResult,
@@ -33,7 +34,6 @@ from splinebba_cli.core.result import (
     ImageResult,
     Iteration,
     PointResult,
-    PriorResidual,
     Problem,
     ResidualTable,
     SegmentCoefficients,
@@ -223,8 +223,8 @@ def _observations(
     return point_observations, curve_observations
 
 
-def _priors() -> tuple[PriorResidual, ...]:
-    return (
+def _priors() -> PriorResiduals:
+    rows = (
         PriorResidual("control point", "P1", "x", 0.004, 0.01, 0.6),
         PriorResidual("control point", "P1", "y", -0.012, 0.01, 0.7),
         PriorResidual("control point", "P1", "z", 0.035, 0.01, 0.5),
@@ -234,6 +234,7 @@ def _priors() -> tuple[PriorResidual, ...]:
         PriorResidual("gauge", "kerb-1", "knot 0 along", 0.05, 0.8, 0.1),
         PriorResidual("gauge", "kerb-1", "knot 1 along", -0.02, 0.8, 0.1),
     )
+    return PriorResiduals.of_rows(rows)
 
 
 def _problems() -> tuple[Problem, ...]:

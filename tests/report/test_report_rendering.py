@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from splinebba_cli.core.prior_residuals import PriorResiduals
 from splinebba_cli.errors import OutputError
 from splinebba_cli.report.build import write_report
 from splinebba_cli.report.text import console_summary
@@ -187,7 +188,7 @@ def test_unusual_blocks(tmp_path: Path, counts: dict[str, int]) -> None:
 
 
 def test_unknown_values_everywhere(tmp_path: Path) -> None:
-    result = make_result(iterations=(), prior_residuals=())
+    result = make_result(iterations=(), prior_residuals=PriorResiduals.of_rows(()))
     camera = replace(result.network.cameras[0], pixel_size_mm=None, format_mm=None)
     images = replace(result.images, dispersion=np.full((3, 6, 6), np.nan))
     curves = tuple(

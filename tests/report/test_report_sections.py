@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from splinebba_cli.core.prior_residuals import PriorResiduals
 from splinebba_cli.core.result import AdjustmentResult, GlobalTest
 from splinebba_cli.output.result_json import result_to_dict
 from splinebba_cli.report.blocks import Column, Facts, Note, ProblemList, Report, Table, cell_text
@@ -120,7 +121,7 @@ def test_many_splines_get_figures_for_the_first_only() -> None:
 
 
 def test_empty_sections_are_left_out() -> None:
-    result = make_result(splines=0, points=0, prior_residuals=(), problems=())
+    result = make_result(splines=0, points=0, prior_residuals=PriorResiduals.of_rows(()), problems=())
     ids = [section.id for section in _report(result).sections]
     assert not {"splines", "points", "priors", "residuals"} & set(ids)
 

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
+from splinebba_cli.core.estimation.curve_chunks import CurveEquations
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
 from splinebba_cli.core.network import FloatArray, IntArray
 
@@ -40,6 +41,7 @@ class SparseDesign:
     reduced: sparse.csr_array  # (rows, N)
     points: sparse.csr_array  # (rows, 3 n)
     residual: FloatArray  # (rows,) whitened, adjusted - measured
+    curve: CurveEquations  # of the rows of curve points
 
     @cached_property
     def coupling(self) -> sparse.csr_array:
@@ -47,11 +49,11 @@ class SparseDesign:
         return sparse.csr_array(self.reduced.T @ self.points)
 
 
-def sparse_design(assembler: Assembler, at: Linearization) -> SparseDesign:
-    """All rows at one state."""
+def sparse_design(assembler: Assembler, at: Linearization, curve: CurveEquations) -> SparseDesign:
+    """All rows at one state, of which those of the curve points are at hand."""
     priors, weight = at.orientation_priors, assembler.point_inverse_sigma
     parts = [
-        len(at.curve.point),
+        len(curve.point),
         2 * len(at.points.residual),
         len(at.distances.residual),
         int(priors.active.sum()),
@@ -61,17 +63,17 @@ def sparse_design(assembler: Assembler, at: Linearization) -> SparseDesign:
     ranges = RowRanges(*(int(n) for n in begin))
     on_points = _on_points(assembler, at, ranges)
     entries = [
-        _curve_entries(assembler, at),
         _point_entries(assembler, at, ranges.points),
         _distance_entries(assembler, at, ranges.distances),
         _kept_entries(assembler, on_points),
         _prior_entries(at, ranges.priors),
         _coefficient_entries(assembler, at, ranges.coefficients),
     ]
-    reduced = _matrix(entries, (ranges.count, int(assembler.layout.node_starts[-1])), assembler.mask)
+    others = _matrix(entries, (ranges.count, int(assembler.layout.node_starts[-1])), assembler.mask)
+    reduced = _with_curve_rows(assembler, curve, others)
     residual = np.concatenate(
         [
-            at.curve.residual,
+            curve.residual,
             at.points.residual.ravel(),
             at.distances.residual,
             priors.residual[priors.active],
@@ -81,7 +83,28 @@ def sparse_design(assembler: Assembler, at: Linearization) -> SparseDesign:
     )
     mask = assembler.layout.eliminated_mask
     points = _matrix(on_points, (ranges.count, mask.size), mask.ravel())
-    return SparseDesign(ranges, reduced, points, residual)
+    return SparseDesign(ranges, reduced, points, residual, curve)
+
+
+def _with_curve_rows(
+    assembler: Assembler, curve: CurveEquations, others: sparse.csr_array
+) -> sparse.csr_array:
+    """All rows: those of the curve points before the others."""
+    layout, size, curves = assembler.layout, assembler.orientation_size, assembler.prepared.curves
+    rows, width = curve.jacobian.shape
+    own = rows * width
+    index = np.int32 if max(own + others.nnz, others.shape[1]) < np.iinfo(np.int32).max else np.int64
+    indices = np.empty(own + others.nnz, dtype=index)
+    columns = indices[:own].reshape(rows, width)
+    image = assembler.prepared.network.curve_observations.image[curve.point].astype(index)
+    columns[:, :size] = 6 * image[:, None] + ORIENTATION[:size].astype(index)
+    unknown = (layout.unknown_of_coefficient[curves.columns][:, :, None] + np.arange(3)).astype(index)
+    columns[:, size:] = unknown.reshape(len(unknown), width - size)[curve.segment]
+    indices[own:] = others.indices
+    data = curve.entries[: own + others.nnz]  # the Jacobian is not copied
+    data[own:] = others.data
+    pointer = np.concatenate([np.arange(rows) * width, own + others.indptr[rows:]]).astype(index)
+    return sparse.csr_array((data, indices, pointer), shape=others.shape)
 
 
 Entries = tuple[IntArray, IntArray, FloatArray]  # row, column, value of the same shape
@@ -95,15 +118,6 @@ def _matrix(entries: list[Entries], shape: tuple[int, int], mask: FloatArray) ->
 
 def _spread(rows: IntArray, columns: IntArray, values: FloatArray) -> Entries:
     return np.broadcast_to(rows[:, None], values.shape), np.broadcast_to(columns, values.shape), values
-
-
-def _curve_entries(assembler: Assembler, at: Linearization) -> Entries:
-    layout, size = assembler.layout, assembler.orientation_size
-    coefficients = assembler.prepared.curves.columns[at.curve.segment]
-    unknown = layout.unknown_of_coefficient[coefficients]
-    places = (unknown[:, :, None] + np.arange(3)).reshape(len(unknown), 3 * unknown.shape[1])
-    columns = np.concatenate([6 * at.curve.image[:, None] + ORIENTATION[:size], places], axis=1)
-    return _spread(np.arange(len(columns)), columns, at.curve_jacobian[:, :-1])
 
 
 def _point_entries(assembler: Assembler, at: Linearization, first: int) -> Entries:

@@ -46,7 +46,7 @@ def linearize_curve_points(
 
     Parameters
     ----------
-    points : (n,) int, ascending: the measured points that are wanted, None for all
+    points : (n,) int, the measured points that are wanted, None for all
     held : (h,) int, measured points whose location is held: they keep the equation along the curve, and so
         does every other point whose location is not (yet) its foot point.  Linked points have theirs in
         :mod:`~splinebba_cli.core.observations.linked_points`

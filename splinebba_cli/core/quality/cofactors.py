@@ -16,8 +16,9 @@ import numpy as np
 from splinebba_cli.core.estimation.gauss_markov import Solution
 from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.estimation.parameters import ORIENTATION_SIZE
-from splinebba_cli.core.estimation.window_map import WindowMap
+from splinebba_cli.core.estimation.window_map import Slot, WindowMap
 from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.quality.curve_figures import CurveFigures, curve_figures
 from splinebba_cli.core.quality.inner_datum import STransformation
 
 
@@ -27,14 +28,6 @@ class PointCofactors:
 
     own: FloatArray  # (n, 3, 3) Q_xx
     with_image: FloatArray  # (n_obs, 6, 3) Q_ix of every image point
-
-
-@dataclass(frozen=True)
-class CurveLeverage:
-    """What equations of curve points have to do with the unknowns, in whitened units."""
-
-    own: FloatArray  # (k,) a Q a'
-    orientation: FloatArray  # (k, 6 or 0) Q_ia' of the orientation of their image
 
 
 class Cofactors:
@@ -54,13 +47,17 @@ class Cofactors:
     @cached_property
     def images(self) -> FloatArray:
         """Q of (theta, X0) of every image, (m, 6, 6), removed unknowns zero."""
+        return self.solved_images if self.datum is None else self.datum.of_images(self.solved_images)
+
+    @cached_property
+    def solved_images(self) -> FloatArray:
+        """The same in the datum of the solution."""
         layout, structure = self.assembler.layout, self.assembler.structure
         nodes = np.arange(layout.image_count)
         place = structure.offsets[structure.find(nodes, nodes)][:, None] + np.arange(ORIENTATION_SIZE**2)
         blocks = self.values[place].reshape(-1, ORIENTATION_SIZE, ORIENTATION_SIZE)
         mask = layout.image_mask
-        blocks = blocks * mask[:, :, None] * mask[:, None, :]
-        return blocks if self.datum is None else self.datum.of_images(blocks)
+        return np.asarray(blocks * mask[:, :, None] * mask[:, None, :])
 
     @property
     def image_mask(self) -> FloatArray:
@@ -69,40 +66,62 @@ class Cofactors:
 
     def coefficient_windows(self, columns: IntArray) -> FloatArray:
         """Q of the coefficients under windows (G, w), (G, 3 w, 3 w); pairs must lie in the pattern."""
-        blocks = self.solved_windows(columns)
+        own = columns is self.assembler.prepared.curves.columns
+        blocks = self.segments if own else self.solved_windows(columns)
         return blocks if self.datum is None else self.datum.of_coefficients(blocks, columns)
 
     def solved_windows(self, columns: IntArray) -> FloatArray:
         """The same in the datum of the solution, to which its gauge conditions belong."""
         window = WindowMap.of(self.assembler.structure, self.assembler.slots_of_columns(columns))
-        mask = self.assembler.layout.coefficient_mask[columns].reshape(len(columns), -1)
+        mask = self.assembler.layout.coefficient_mask[columns].reshape(len(columns), 3 * columns.shape[1])
         return window.gather(self.values) * mask[:, :, None] * mask[:, None, :]
 
-    def curve_leverage(self, jacobian: FloatArray) -> CurveLeverage:
-        """Leverage of rows (k, P) over the windows of the curve points, one for each of their equations."""
-        windows, size = self.solution.linearization.windows, self.assembler.orientation_size
-        leverage, reached = np.zeros(len(jacobian) + 1), np.zeros((len(jacobian) + 1, size))
-        padded = np.concatenate([jacobian, np.zeros((1, jacobian.shape[1]))])
-        for groups, rows in windows.groups.batches(jacobian.shape[1] * 2):
-            block = padded[rows]
-            inner = np.matmul(block, self.values[windows.window.index[groups]])
-            leverage[rows] = np.sum(inner * block, axis=2)
-            reached[rows] = inner[:, :, :size]
-        if self.datum is not None and size:
-            reached[:-1] -= self._reached_by_datum(self.datum)
-        return CurveLeverage(leverage[:-1], reached[:-1])
+    @cached_property
+    def orientation_weights(self) -> FloatArray:
+        """Q_ii^-1 of the orientations, (m, 6, 6); zero rows where unknowns are removed."""
+        removed = np.zeros_like(self.images)
+        removed[:, range(6), range(6)] = 1.0 - self.image_mask
+        return np.asarray(np.linalg.inv(self.images + removed) - removed)
 
-    def _reached_by_datum(self, datum: STransformation) -> FloatArray:
-        """G_i H'a' of the equations of curve points, (k, 6)."""
-        at, layout = self.solution.linearization, self.assembler.layout
-        columns = self.assembler.prepared.curves.columns[at.curve.segment]
-        image, local = at.curve.image, at.curve_jacobian[:, self.assembler.orientation_size : -1]
-        onto = np.einsum(
-            "ki,kid->kd", at.curve.orientation * datum.image_mask[image], datum.partner.orientation[image]
-        )
-        partner = datum.partner.coefficients * layout.coefficient_mask[:, :, None]
-        onto += np.einsum("kp,kpd->kd", local, partner[columns].reshape(*local.shape, -1))
-        return np.asarray(np.einsum("kid,kd->ki", datum.columns.directions.orientation[image], onto))
+    def coordinate_windows(self, columns: IntArray, axis: IntArray) -> FloatArray:
+        """Q of one coordinate (G,) of coefficients under windows (G, w), (G, w, w), in the datum of the solution."""
+        slots = self.assembler.slots_of_columns(columns)
+        single = [Slot(slot.node, slot.start + axis, 1) for slot in slots]
+        mask = self.assembler.layout.coefficient_mask[columns, axis[:, None]]
+        blocks = WindowMap.of(self.assembler.structure, single).gather(self.values)
+        return np.asarray(blocks * mask[:, :, None] * mask[:, None, :])
+
+    @cached_property
+    def segments(self) -> FloatArray:
+        """Q of the coefficients under every segment, (S, 3 w, 3 w), in the datum of the solution."""
+        return self.solved_windows(self.assembler.prepared.curves.columns)
+
+    def curve_windows(self, image: IntArray, segment: IntArray) -> FloatArray:
+        """Q of images (g,) with the coefficients under segments (g,), (g, P, P), in the datum of the solution."""
+        size, own = self.assembler.orientation_size, self.segments
+        if not size:
+            return own[segment]
+        layout, structure = self.assembler.layout, self.assembler.structure
+        columns = self.assembler.prepared.curves.columns[segment]
+        node = layout.node_of_coefficient[columns]  # later than that of any image
+        pair = structure.find(np.repeat(image, columns.shape[1]), node.ravel()).reshape(node.shape)
+        corner = structure.offsets[pair] + layout.slot_of_coefficient[columns]
+        line = np.arange(ORIENTATION_SIZE)[:, None] * structure.sizes[node][:, None, :]  # (g, 6, w)
+        place = (corner[:, None, :] + line)[:, :, :, None] + np.arange(3)
+        out = np.empty((len(image), size + own.shape[1], size + own.shape[1]))
+        cross = out[:, :size, size:]
+        np.multiply(self.values[place].reshape(cross.shape), layout.image_mask[image][:, :, None], out=cross)
+        if not layout.coefficient_mask.all():
+            cross *= layout.coefficient_mask[columns].reshape(len(image), 1, -1)
+        out[:, size:, :size] = cross.transpose(0, 2, 1)
+        out[:, :size, :size] = self.solved_images[image]
+        out[:, size:, size:] = own[segment]
+        return out
+
+    @cached_property
+    def curve(self) -> CurveFigures:
+        """Leverages of the equations of all curve points, and cofactors of their locations."""
+        return curve_figures(self)
 
     @cached_property
     def points(self) -> PointCofactors:

@@ -10,6 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from splinebba_cli.core.curves.registry import FAMILIES
+from splinebba_cli.core.estimation.curve_chunks import equation_rows
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.observations.coefficient_rows import GAUGE
 from splinebba_cli.core.quality.residual_projector import ResidualProjector
@@ -39,16 +40,16 @@ def control_spline_directions(
     Arc lengths and tangents on a fixed spline would show it as well; they are left out here.
     """
     assembler = projector.assembler
-    prepared, at = assembler.prepared, projector.solution.linearization
+    prepared = assembler.prepared
     given, basis = prepared.network.curves[curve], prepared.curves.bases[curve]
     positions = FAMILIES[given.family].positions(len(given.values)).astype(float)
     share = np.zeros(len(assembler.layout.coefficient_mask))  # d coefficient / d shift
     own = slice(*prepared.curves.coefficient_start[curve : curve + 2].tolist())
     share[own] = basis.coefficients_from_values(np.tile(positions[:, None], (1, 3)))[:, 0]
     removed = share[:, None] * (1.0 - assembler.layout.coefficient_mask)  # (C, 3)
-    columns = prepared.curves.columns[at.curve.segment[measured]]
-    moved = np.einsum("kw,kwd->kd", at.curve.weights[measured], removed[columns])
-    image = -at.curve.direction[measured] * moved
+    rows, _ = equation_rows(assembler, projector.solution.linearization, measured)
+    moved = np.einsum("kw,kwd->kd", rows.weights, removed[prepared.curves.columns[rows.segment]])
+    image = -rows.direction * moved
     value_rows, component, values = _value_directions(projector, curve, positions, removed)
     return _matrix(
         projector,

@@ -35,19 +35,22 @@ def _unsupported(prepared: Prepared, state: State, free: list[bool]) -> list[Pro
     curves, measured = prepared.curves, prepared.network.curve_observations
     segment, _ = curves.locate(measured.curve, state.location)
     number = np.bincount(segment, minlength=len(curves.left))
+    empty = np.flatnonzero(number == 0)
+    curve_of = np.searchsorted(curves.segment_start, empty, side="right") - 1
     found = []
-    for k, curve in enumerate(prepared.network.curves):
-        own = number[int(curves.segment_start[k]) : int(curves.segment_start[k + 1])]
-        empty = np.flatnonzero(own == 0)
-        if not free[k] or not len(empty) or not own.sum() or curves.bases[k].trigonometric:
+    for k in np.unique(curve_of).tolist():
+        first, last = curves.segment_start[k : k + 2].tolist()
+        if not free[k] or not number[first:last].any() or curves.bases[k].trigonometric:
             continue
-        places = ", ".join(f"{s}-{s + 1}" for s in empty[:5]) + (" …" if len(empty) > 5 else "")
+        own = (empty[slice(*np.searchsorted(empty, [first, last]))] - first).tolist()
+        places = ", ".join(f"{s}-{s + 1}" for s in own[:5]) + (" …" if len(own) > 5 else "")
+        name = prepared.network.curves[k].id
         found.append(
             Problem(
                 "SBB536",
                 "warning",
-                f"spline `{curve.id}`: no measured point lies between knots {places}",
-                f"spline `{curve.id}`",
+                f"spline `{name}`: no measured point lies between knots {places}",
+                f"spline `{name}`",
                 "measure there, remove a knot, or let the program do it: `adjustment: {knots: {drop: true}}`",
             )
         )

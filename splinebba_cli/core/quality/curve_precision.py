@@ -12,10 +12,12 @@ import numpy as np
 
 from splinebba_cli.core.curves.basis import MAX_POWER
 from splinebba_cli.core.curves.curve_set import CurveSet
-from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.core.quality.cofactors import Cofactors
+from splinebba_cli.core.quality.curve_values import weighted
 
 SAMPLES = np.linspace(0.0, 1.0, 5)[:-1]
+CHUNK = 50_000  # places at once
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,7 @@ class CurveSamples:
     across: FloatArray  # (p, 2) semi-axes, larger first, m
     direction: FloatArray  # (p, 3) of the larger semi-axis
     along: FloatArray  # (p,) sigma along the curve, m
+    at_knot: BoolArray  # (p,)
 
 
 def sample_places(curves: CurveSet) -> tuple[IntArray, IntArray, FloatArray]:
@@ -53,8 +56,9 @@ def curve_samples(cofactors: Cofactors, scale: float) -> CurveSamples:
     if not len(segment):
         none, plane = np.zeros(0, dtype=np.int64), np.zeros((0, 3))
         return CurveSamples(
-            none, none, np.zeros(0), plane, plane, np.zeros((0, 3, 3)), np.zeros((0, 2)), plane, np.zeros(0)
-        )
+            none, none, np.zeros(0), plane, plane, np.zeros((0, 3, 3)), np.zeros((0, 2)), plane, np.zeros(0),
+            np.zeros(0, dtype=bool),
+        )  # fmt: skip
     local = coefficients[curves.columns[segment]]
     weights = curves.weights(segment, t)
     xyz = np.einsum("pw,pwd->pd", weights, local)
@@ -70,7 +74,7 @@ def curve_samples(cofactors: Cofactors, scale: float) -> CurveSamples:
     along = np.einsum("pi,pij,pj->p", tangent, dispersion, tangent)
     return CurveSamples(
         curve, segment, curves.left[segment] + t * curves.length[segment], xyz, tangent, dispersion,
-        values[:, [2, 1]], vectors[:, :, 2], np.sqrt(np.maximum(along, 0.0)),
+        values[:, [2, 1]], vectors[:, :, 2], np.sqrt(np.maximum(along, 0.0)), (t == 0.0) | (t == 1.0),
     )  # fmt: skip
 
 
@@ -79,10 +83,15 @@ def window_dispersion(
 ) -> FloatArray:
     """Cofactors of sum_j N_j P_j at places of segments, (p, 3, 3)."""
     distinct, inverse = np.unique(segment, return_inverse=True)
-    windows = cofactors.coefficient_windows(curves.columns[distinct])
+    every = len(distinct) == len(curves.left)
+    windows = cofactors.coefficient_windows(curves.columns if every else curves.columns[distinct])
     support = curves.support
-    blocks = windows.reshape(len(distinct), support, 3, support, 3)[inverse]
-    return np.asarray(np.einsum("pj,pjakb,pk->pab", weights, blocks, weights, optimize=True))
+    blocks = windows.reshape(len(distinct), support, 3, support, 3)
+    out = np.empty((len(segment), 3, 3))
+    for begin in range(0, len(out), CHUNK):
+        own = slice(begin, begin + CHUNK)
+        out[own] = weighted(weights[own], blocks[inverse[own]])
+    return out
 
 
 def segment_coefficients(cofactors: Cofactors, scale: float) -> tuple[FloatArray, FloatArray]:
@@ -92,9 +101,12 @@ def segment_coefficients(cofactors: Cofactors, scale: float) -> tuple[FloatArray
     own = np.flatnonzero(~curves.trigonometric)
     if not len(own):
         return values, sigma
-    power, columns, support = curves.power[own, :MAX_POWER], curves.columns[own], curves.support
+    power, columns = curves.power[own, :MAX_POWER], curves.columns[own]
     values[own] = np.matmul(power, cofactors.solution.state.coefficients[columns])
-    blocks = cofactors.coefficient_windows(columns).reshape(-1, support, 3, support, 3)
-    variance = np.einsum("skj,sjala,skl->ska", power, blocks, power, optimize=True)
-    sigma[own] = np.sqrt(np.maximum(variance * scale, 0.0))
+    every = len(own) == len(curves.left)
+    blocks = cofactors.coefficient_windows(curves.columns if every else columns)
+    for axis in range(3):
+        half = np.matmul(power, blocks[:, axis::3, axis::3])
+        variance = np.sum(half * power, axis=2)
+        sigma[own, :, axis] = np.sqrt(np.maximum(variance * scale, 0.0))
     return values, sigma

@@ -6,119 +6,114 @@ from dataclasses import replace
 
 import numpy as np
 
-from splinebba_cli.core.curves.basis import CurveBasis
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.quality.cofactors import Cofactors
 from splinebba_cli.core.quality.conic_elements import adjusted_conic
+from splinebba_cli.core.quality.curve_columns import CurveColumns
 from splinebba_cli.core.quality.curve_precision import CurveSamples, segment_coefficients
+from splinebba_cli.core.quality.curve_values import CurveValues
 from splinebba_cli.core.quality.nearest_ellipse import nearest_ellipse
-from splinebba_cli.core.result import (
-    ConicElements,
-    CurveResult,
-    Ellipse,
-    ResidualTable,
-    SegmentCoefficients,
-)
+from splinebba_cli.core.result import ConicElements, Ellipse, ResidualTable, SegmentCoefficients
 
 
 def curve_results(
     cofactors: Cofactors, samples: CurveSamples, residuals: ResidualTable, scale: float
-) -> tuple[CurveResult, ...]:
+) -> CurveColumns:
     """One result a curve; positions in the user's frame, dispersions scaled."""
-    prepared = cofactors.assembler.prepared
+    prepared, state = cofactors.assembler.prepared, cofactors.solution.state
     network, curves = prepared.network, prepared.curves
-    coefficients, sigma = segment_coefficients(cofactors, scale)
-    coefficients = coefficients.copy()
-    coefficients[:, 0] += network.origin
+    count = len(curves.bases)
+    values = CurveValues.of(curves)
+    shift = np.where(values.is_position[:, None], network.origin, 0.0)
+    given = [curve.values if curve.reference is None else curve.reference for curve in network.curves]
+    knots = np.flatnonzero(samples.at_knot)
     observed = network.curve_observations
-    order = np.argsort(observed.curve, kind="stable")
-    bounds = np.searchsorted(observed.curve[order], np.arange(len(curves.bases) + 1))
-    sample_bounds = np.searchsorted(samples.curve, np.arange(len(curves.bases) + 1))
-    values = _values_dispersion(cofactors) * scale
-    value_bounds = np.concatenate([[0], np.cumsum([len(basis.value_columns) for basis in curves.bases])])
-    results = []
-    for k in range(len(curves.bases)):
-        rows = order[bounds[k] : bounds[k + 1]]
-        place = slice(int(sample_bounds[k]), int(sample_bounds[k + 1]))
-        value_rows = slice(int(value_bounds[k]), int(value_bounds[k + 1]))
-        segments = slice(int(curves.segment_start[k]), int(curves.segment_start[k + 1]))
-        pieces = SegmentCoefficients(_intervals(cofactors, k), coefficients[segments], sigma[segments])
-        if curves.bases[k].trigonometric:
-            pieces = SegmentCoefficients(np.zeros((0, 2)), np.zeros((0, 4, 3)), np.zeros((0, 4, 3)))
-        results.append(_one(cofactors, k, samples, place, pieces, residuals, rows, values[value_rows], scale))
-    return tuple(results)
-
-
-def _intervals(cofactors: Cofactors, curve: int) -> FloatArray:
-    breaks = cofactors.assembler.prepared.curves.bases[curve].break_points
-    return np.stack([breaks[:-1], breaks[1:]], axis=1)
-
-
-def _one(
-    cofactors: Cofactors, k: int, samples: CurveSamples, place: slice, pieces: SegmentCoefficients,
-    residuals: ResidualTable, rows: IntArray, values_dispersion: FloatArray, scale: float,
-) -> CurveResult:  # fmt: skip
-    prepared = cofactors.assembler.prepared
-    network, curve, basis = prepared.network, prepared.network.curves[k], prepared.curves.bases[k]
-    start = int(prepared.curves.coefficient_start[k])
-    own = cofactors.solution.state.coefficients[start : start + basis.coefficient_count]
-    shift = np.where(basis.value_is_position[:, None], network.origin, 0.0)
-    at_knot = np.isin(samples.u[place], basis.break_points)
-    knot_dispersion = samples.dispersion[place][at_knot]
-    across = samples.across[place]
-    rms = float(np.sqrt(np.mean(residuals.across[rows] ** 2))) if len(rows) else float("nan")
-    reference = curve.values if curve.reference is None else curve.reference
-    return CurveResult(
-        values=basis.values_from_coefficients(own) + shift,
-        values_dispersion=values_dispersion,
-        knots=samples.xyz[place][at_knot] + network.origin,
-        knot_parameters=samples.u[place][at_knot],
-        knot_sigma=np.sqrt(np.maximum(np.einsum("kii->ki", knot_dispersion), 0.0)),
-        reference=reference + shift,
-        segments=pieces,
-        sample_u=samples.u[place],
-        sample_xyz=samples.xyz[place] + network.origin,
-        sample_across=across,
-        sample_across_direction=samples.direction[place],
-        sigma_across_max=float(across[:, 0].max(initial=0.0)),
-        sigma_across_mean=float(np.sqrt(np.mean(across**2))) if len(across) else 0.0,
-        rms_across_mm=rms,
-        n_observations=len(rows),
-        n_images=len(np.unique(network.curve_observations.image[rows])),
-        along_sigma=samples.along[place][at_knot],
-        conic=_conic(cofactors, k, own, scale),
-        ellipse=_ellipse(basis, own, network.origin),
+    number = np.bincount(observed.curve, minlength=count)
+    square = np.bincount(observed.curve, residuals.across**2, minlength=count)
+    bounds = _bounds(samples.curve, count)
+    largest, mean = _across(samples.across, bounds)
+    return CurveColumns(
+        value_bounds=values.bounds,
+        values=values.at(state.coefficients) + shift,
+        values_dispersion=values.cofactors(cofactors) * scale,
+        reference=np.concatenate([np.zeros((0, 3)), *given]) + shift,
+        knot_bounds=_bounds(samples.curve[knots], count),
+        knots=samples.xyz[knots] + network.origin,
+        knot_parameters=samples.u[knots],
+        knot_sigma=np.sqrt(np.maximum(np.einsum("kii->ki", samples.dispersion[knots]), 0.0)),
+        along_sigma=samples.along[knots],
+        segment_bounds=curves.segment_start,
+        segments=_segments(cofactors, scale),
+        without_segments=frozenset(k for k, basis in enumerate(curves.bases) if basis.trigonometric),
+        sample_bounds=bounds,
+        sample_u=samples.u,
+        sample_xyz=samples.xyz + network.origin,
+        sample_across=samples.across,
+        sample_across_direction=samples.direction,
+        sigma_across_max=largest,
+        sigma_across_mean=mean,
+        rms_across_mm=np.sqrt(np.where(number > 0, square / np.maximum(number, 1), np.nan)),
+        n_observations=number,
+        n_images=_image_counts(observed.curve, observed.image, count),
+        conics=_conics(cofactors, scale),
+        ellipses=_ellipses(cofactors),
     )
 
 
-def _conic(cofactors: Cofactors, k: int, own: FloatArray, scale: float) -> ConicElements | None:
-    """Elements of a conic or circle in the user's frame."""
-    network = cofactors.assembler.prepared.network
-    if network.curves[k].family not in ("conic", "circle"):
-        return None
-    found = adjusted_conic(cofactors, k, own, scale)
-    return replace(found, centre=found.centre + network.origin)
+def _bounds(curve: IntArray, count: int) -> IntArray:
+    """Where the rows of every curve begin, (nc + 1,), of ascending numbers of curves."""
+    return np.searchsorted(curve, np.arange(count + 1))
 
 
-def _ellipse(basis: CurveBasis, own: FloatArray, origin: FloatArray) -> Ellipse | None:
-    """The ellipse nearest to a closed curve in the user's frame."""
-    if not basis.closed:
-        return None
-    found = nearest_ellipse(basis, own)
-    return replace(found, centre=found.centre + origin)
+def _across(across: FloatArray, bounds: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Largest semi-axis and root mean square of both along every curve, (nc,) each; 0 without samples."""
+    largest, square = np.zeros(len(bounds) - 1), np.zeros(len(bounds) - 1)
+    filled = np.flatnonzero(np.diff(bounds))
+    if len(filled):
+        largest[filled] = np.maximum.reduceat(across[:, 0], bounds[filled])
+        square[filled] = np.add.reduceat(np.sum(across**2, axis=1), bounds[filled])
+    return largest, np.sqrt(square / np.maximum(2 * np.diff(bounds), 1))
 
 
-def _values_dispersion(cofactors: Cofactors) -> FloatArray:
-    """Cofactors of the user's values of all curves, one after another, (K, 3, 3)."""
+def _image_counts(curve: IntArray, image: IntArray, count: int) -> IntArray:
+    """Number of images of every curve, (nc,)."""
+    images = int(image.max(initial=0)) + 1
+    keys = np.unique(curve * images + image)
+    return np.bincount(keys // images, minlength=count)
+
+
+def _segments(cofactors: Cofactors, scale: float) -> SegmentCoefficients:
+    """Lee's coefficients of all segments in the user's frame."""
     prepared = cofactors.assembler.prepared
-    support = prepared.curves.support
-    columns, weights = [np.zeros((0, support), dtype=np.int64)], [np.zeros((0, support))]
-    for basis, start in zip(prepared.curves.bases, prepared.curves.coefficient_start[:-1], strict=True):
-        wide = support - basis.value_columns.shape[1]
-        columns.append(np.pad(basis.value_columns, ((0, 0), (0, wide)), mode="edge") + start)
-        weights.append(np.pad(basis.value_weights, ((0, 0), (0, wide))))
-    place, weight = np.vstack(columns), np.vstack(weights)
-    if not len(place):
-        return np.zeros((0, 3, 3))
-    blocks = cofactors.coefficient_windows(place).reshape(len(place), support, 3, support, 3)
-    return np.asarray(np.einsum("kj,kjalb,kl->kab", weight, blocks, weight, optimize=True))
+    coefficients, sigma = segment_coefficients(cofactors, scale)
+    coefficients[:, 0] += prepared.network.origin
+    breaks = [basis.break_points for basis in prepared.curves.bases]
+    ends = np.concatenate([np.zeros(0), *(each[1:] for each in breaks)])
+    return SegmentCoefficients(np.stack([prepared.curves.left, ends], axis=1), coefficients, sigma)
+
+
+def _conics(cofactors: Cofactors, scale: float) -> dict[int, ConicElements]:
+    """Elements of conics and circles in the user's frame."""
+    network = cofactors.assembler.prepared.network
+    found = {}
+    for k, curve in enumerate(network.curves):
+        if curve.family in ("conic", "circle"):
+            conic = adjusted_conic(cofactors, k, _own(cofactors, k), scale)
+            found[k] = replace(conic, centre=conic.centre + network.origin)
+    return found
+
+
+def _ellipses(cofactors: Cofactors) -> dict[int, Ellipse]:
+    """The ellipses nearest to closed curves in the user's frame."""
+    prepared = cofactors.assembler.prepared
+    found = {}
+    for k in np.flatnonzero(prepared.curves.closed).tolist():
+        ellipse = nearest_ellipse(prepared.curves.bases[k], _own(cofactors, k))
+        found[k] = replace(ellipse, centre=ellipse.centre + prepared.network.origin)
+    return found
+
+
+def _own(cofactors: Cofactors, k: int) -> FloatArray:
+    """Coefficients of one curve."""
+    start = cofactors.assembler.prepared.curves.coefficient_start
+    return cofactors.solution.state.coefficients[int(start[k]) : int(start[k + 1])]

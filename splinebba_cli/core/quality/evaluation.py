@@ -176,8 +176,9 @@ def _checks(figures: _Figures) -> Checks:
 
 def _datum(prepared: Prepared, solved: ConditionedSolution) -> STransformation | None:
     """The way from the datum of the solution to an inner one, where that is wanted and something is free."""
-    layout, state = layout_of(prepared), solved.solution.state
-    if prepared.network.settings.datum != "inner" or not free_directions(prepared, layout, state).count:
+    if prepared.network.settings.datum != "inner":
+        return None
+    if not free_directions(prepared, layout_of(prepared), solved.solution.state).count:
         return None
     return STransformation.at(prepared, ObservationEffects(solved.assembler, solved.solution))
 

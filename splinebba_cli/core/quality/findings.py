@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from splinebba_cli.core.quality.curve_columns import samples_across
 from splinebba_cli.core.result import AdjustmentResult, GlobalTest, Problem
 
 LITTLE = 0.02  # share of the redundancy that conditions may take without a word
@@ -70,20 +71,20 @@ def _small(test: GlobalTest) -> bool:
 
 def _curves(result: AdjustmentResult) -> list[Problem]:
     """Curves with stretches much weaker across the curve than is usual in this network."""
-    tied = [
-        (curve, given)
-        for curve, given in zip(result.curves, result.network.curves, strict=True)
-        if given.role != "control" and len(curve.sample_across)
-    ]
-    if not tied:
+    across, bounds = samples_across(result.curves)
+    given = result.network.curves
+    own = np.array([curve.role != "control" for curve in given], dtype=bool)
+    tied = np.flatnonzero(own & (np.diff(bounds) > 0))
+    if not len(tied):
         return []
-    usual = float(np.median(np.concatenate([curve.sample_across[:, 0] for curve, _ in tied])))
-    weak = []
-    for curve, given in tied:
-        major = curve.sample_across[:, 0]
-        share = float((major > WEAK_RATIO * usual).mean())
-        if usual > 0.0 and share > WORTH_A_WORD:
-            weak.append((float(major.max()), share, given.id))
+    major = across[np.repeat(own, np.diff(bounds)), 0]
+    usual = float(np.median(major))
+    count = np.diff(bounds)[tied]
+    first = np.cumsum(count) - count
+    share = np.add.reduceat((major > WEAK_RATIO * usual).astype(float), first) / count
+    largest = np.maximum.reduceat(major, first)
+    chosen = np.flatnonzero((share > WORTH_A_WORD) & (usual > 0.0))
+    weak = [(float(largest[k]), float(share[k]), given[tied[k]].id) for k in chosen.tolist()]
     weak.sort(key=lambda one: (-one[0], one[2]))
     more = f" (and {len(weak) - NAMED} more)" if len(weak) > NAMED else ""
     return [

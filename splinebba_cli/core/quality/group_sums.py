@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.core.observations.coefficient_rows import GAUGE
 from splinebba_cli.core.quality.observation_groups import ANGLES, ObservationGroup
 from splinebba_cli.core.quality.redundancy import RedundancyNumbers
@@ -29,10 +29,13 @@ def group_sums(
     projector: ResidualProjector, numbers: RedundancyNumbers, groups: tuple[ObservationGroup, ...]
 ) -> list[GroupSum]:
     """Sums of all groups at a solution."""
-    return [_sum_of(projector, numbers, group) for group in groups]
+    every = _redundancies(numbers, projector)
+    return [_sum_of(projector, numbers, every, group) for group in groups]
 
 
-def _sum_of(projector: ResidualProjector, numbers: RedundancyNumbers, group: ObservationGroup) -> GroupSum:
+def _sum_of(
+    projector: ResidualProjector, numbers: RedundancyNumbers, every: FloatArray, group: ObservationGroup
+) -> GroupSum:
     linked, rows = projector.solution.linearization.linked, group.rows
     none = np.zeros(0, dtype=np.int64)
     if group.kind == "arc length":
@@ -40,7 +43,7 @@ def _sum_of(projector: ResidualProjector, numbers: RedundancyNumbers, group: Obs
     if group.kind == "tangent":
         return _summed(group, linked.tangent_residual[rows], numbers.tangents[rows], none, complete=False)
     places = _places(projector, group)
-    r = _redundancies(numbers, projector)[places]
+    r = every[places]
     v = projector.design.residual[places]
     if group.kind == "spline":
         tied = rows[projector.assembler.prepared.chains.linked[rows]]
@@ -75,9 +78,10 @@ def _places(projector: ResidualProjector, group: ObservationGroup) -> IntArray:
     """Rows of a group in the sparse design."""
     ranges, at = projector.design.ranges, projector.solution.linearization
     if group.kind == "spline":
-        member = np.zeros(len(at.curve.speed), dtype=bool)
+        curve = projector.design.curve
+        member = np.zeros(len(curve.normal), dtype=bool)
         member[group.rows] = True
-        return np.flatnonzero(member[at.curve.point])
+        return np.flatnonzero(member[curve.point])
     if group.kind == "point":
         return ranges.points + (2 * group.rows[:, None] + np.arange(2)).ravel()
     if group.kind == "distance":
@@ -92,13 +96,12 @@ def _places(projector: ResidualProjector, group: ObservationGroup) -> IntArray:
     return ranges.priors + np.flatnonzero(mine)
 
 
-def _stochastic_values(projector: ResidualProjector) -> FloatArray:
+def _stochastic_values(projector: ResidualProjector) -> BoolArray:
     """Which equations over coefficients are given values with a sigma (no conditions, no held values), (q,)."""
     rows, curves = projector.assembler.coefficient_rows, projector.assembler.prepared.network.curves
-    given = np.array(
-        [
-            curves[curve].sigma[row, component] if component < GAUGE else 0.0
-            for curve, row, component in zip(rows.curve, rows.row, rows.component, strict=True)
-        ]
-    )
-    return np.asarray(given > 0.0)
+    bounds = np.cumsum([0, *(len(curve.sigma) for curve in curves)])
+    sigma = np.concatenate([np.zeros((0, 3)), *(curve.sigma for curve in curves)])
+    given = np.zeros(len(rows), dtype=bool)
+    own = np.flatnonzero(rows.component < GAUGE)
+    given[own] = sigma[bounds[rows.curve[own]] + rows.row[own], rows.component[own]] > 0.0
+    return given

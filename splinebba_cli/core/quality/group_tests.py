@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from typing import Literal
 
 import numpy as np
 from scipy import sparse
@@ -25,7 +25,7 @@ from splinebba_cli.core.quality.control_directions import control_point_directio
 from splinebba_cli.core.quality.photo_rows import PhotoRows
 from splinebba_cli.core.quality.residual_projector import ResidualProjector
 from splinebba_cli.core.result import Statistics
-from splinebba_cli.core.row_groups import split_by
+from splinebba_cli.core.row_groups import RowGroups
 
 FEWEST = 3  # points of a chain: fewer are judged one by one
 
@@ -39,13 +39,15 @@ class GroupTests:
 
 
 @dataclass(frozen=True)
-class _Candidate:
-    kind: str
-    name: str
-    observations: int
-    unknowns: int
-    suspicion: float  # size of its mean residual
-    directions: Callable[[], sparse.csc_array]
+class _Candidates:
+    """All groups of one kind."""
+
+    kind: Literal["chain", "control spline", "control point"]
+    unknowns: int  # of the test of one group
+    observations: IntArray  # (G,)
+    suspicion: FloatArray  # (G,) size of the mean residual
+    name: Callable[[int], str]
+    directions: Callable[[int], sparse.csc_array]
 
 
 def group_tests(projector: ResidualProjector, rows: PhotoRows, statistics: Statistics) -> GroupTests:
@@ -53,22 +55,34 @@ def group_tests(projector: ResidualProjector, rows: PhotoRows, statistics: Stati
     settings = projector.assembler.prepared.network.settings
     if statistics.redundancy < 1:
         return GroupTests((), 0)
-    every = [*_chains(projector, rows), *_control_splines(projector), *_control_points(projector)]
-    family = TestFamily.of(statistics, settings.testing, settings.alpha, len(every))
-    chosen = _worst(every, projector.affordable)
-    found = bias_tests(projector, [candidate.directions() for candidate in chosen], family)
-    tests = [_group_test(c, test, family) for c, test in zip(chosen, found, strict=True) if test.freedom]
-    return GroupTests(tuple(tests), len(every))
+    kinds = [_chains(projector, rows), _control_splines(projector), _control_points(projector)]
+    count = [len(each.suspicion) for each in kinds]
+    family = TestFamily.of(statistics, settings.testing, settings.alpha, sum(count))
+    kind = np.repeat(np.arange(len(kinds)), count)
+    number = np.concatenate([np.arange(each) for each in count])
+    chosen = _worst(
+        np.concatenate([each.suspicion for each in kinds]),
+        np.array([each.unknowns for each in kinds])[kind],
+        projector.affordable,
+    )
+    groups = [(kinds[k], n) for k, n in zip(kind[chosen].tolist(), number[chosen].tolist(), strict=True)]
+    found = bias_tests(projector, [own.directions(n) for own, n in groups], family)
+    tests = [
+        _group_test(own, n, test, family)
+        for (own, n), test in zip(groups, found, strict=True)
+        if test.freedom
+    ]
+    return GroupTests(tuple(tests), sum(count))
 
 
-def _group_test(candidate: _Candidate, test: BiasTest, family: TestFamily) -> GroupTest:
-    chain = candidate.kind == "chain"
+def _group_test(own: _Candidates, number: int, test: BiasTest, family: TestFamily) -> GroupTest:
+    chain = own.kind == "chain"
     critical = family.critical(test.freedom)
     return GroupTest(
-        kind=candidate.kind,  # type: ignore[arg-type]
-        name=candidate.name,
+        kind=own.kind,
+        name=own.name(number),
         model="shift across" if chain else "shift (3)",
-        observations=candidate.observations,
+        observations=int(own.observations[number]),
         parameters=test.freedom,
         estimate=test.estimate,
         sigma=test.sigma,
@@ -81,26 +95,34 @@ def _group_test(candidate: _Candidate, test: BiasTest, family: TestFamily) -> Gr
     )
 
 
-def _worst(candidates: list[_Candidate], affordable: int) -> list[_Candidate]:
-    """The most suspicious ones, with so many unknowns together; in their order."""
-    order = np.argsort([-candidate.suspicion for candidate in candidates], kind="stable")
-    unknowns = np.cumsum([candidates[k].unknowns for k in order])
-    return [candidates[k] for k in np.sort(order[unknowns <= affordable])]
+def _worst(suspicion: FloatArray, unknowns: IntArray, affordable: int) -> IntArray:
+    """The most suspicious groups, with so many unknowns together; in their order."""
+    order = np.argsort(-suspicion, kind="stable")
+    return np.sort(order[np.cumsum(unknowns[order]) <= affordable])
 
 
-def _chains(projector: ResidualProjector, rows: PhotoRows) -> list[_Candidate]:
+def _chains(projector: ResidualProjector, rows: PhotoRows) -> _Candidates:
     """Every image on every spline."""
     network, across = projector.assembler.prepared.network, np.flatnonzero(rows.across)
-    members = split_by(rows.image[across] * (len(network.curves) + 1) + rows.curve[across])
-    found = []
-    for member in members:
-        own = across[member]
-        if len(own) >= FEWEST:
-            image, curve = network.images.ids[rows.image[own[0]]], network.curves[rows.curve[own[0]]].id
-            size = abs(float(rows.residual[own].sum())) / np.sqrt(len(own))
-            name = f"image `{image}` on spline `{curve}`"
-            found.append(_Candidate("chain", name, len(own), 1, size, partial(_across, rows, own)))
-    return found
+    groups = RowGroups.of(rows.image[across] * (len(network.curves) + 1) + rows.curve[across])
+    count = np.diff(groups.starts)
+    total = np.add.reduceat(rows.residual[across[groups.order]], groups.starts[:-1]) if len(count) else count
+    enough = np.flatnonzero(count >= FEWEST)
+
+    def members(number: int) -> IntArray:
+        begin, end = groups.starts[enough[number]], groups.starts[enough[number] + 1]
+        return across[groups.order[begin:end]]
+
+    def name(number: int) -> str:
+        row = across[groups.representative[enough[number]]]
+        return (
+            f"image `{network.images.ids[rows.image[row]]}` on spline `{network.curves[rows.curve[row]].id}`"
+        )
+
+    return _Candidates(
+        "chain", 1, count[enough], np.abs(total[enough]) / np.sqrt(count[enough]), name,
+        lambda number: _across(rows, members(number)),
+    )  # fmt: skip
 
 
 def _across(rows: PhotoRows, own: IntArray) -> sparse.csc_array:
@@ -109,40 +131,44 @@ def _across(rows: PhotoRows, own: IntArray) -> sparse.csc_array:
     return rows.directions(own, normal[:, None, :])
 
 
-def _control_splines(projector: ResidualProjector) -> list[_Candidate]:
-    at, network = projector.solution.linearization, projector.assembler.prepared.network
-    members = split_by(network.curve_observations.curve[at.curve.point], len(network.curves))
+def _control_splines(projector: ResidualProjector) -> _Candidates:
+    network, ranges = projector.assembler.prepared.network, projector.design.ranges
+    count, residual = len(network.curves), projector.design.residual
+    curve = network.curve_observations.curve[projector.design.curve.point]
     values = projector.assembler.coefficient_rows
-    rows_of = split_by(
-        np.where(values.component < GAUGE, values.curve, len(network.curves)), len(network.curves)
-    )
-    residual = projector.design.residual
-    found = []
-    for number, (curve, measured) in enumerate(zip(network.curves, members, strict=True)):
-        given = int(np.isfinite(curve.sigma).sum())
-        if given:
-            known = projector.design.ranges.coefficients + rows_of[number]
-            size = _rms(residual[known if len(known) else measured])
-            name = f"control spline `{curve.id}`"
-            build = partial(control_spline_directions, projector, number, measured)
-            found.append(_Candidate("control spline", name, given, 3, size, build))
-    return found
+    known = values.component < GAUGE
+    of_values = _rms(values.curve[known], residual[ranges.coefficients + np.flatnonzero(known)], count)
+    of_points = _rms(curve, residual[: len(curve)], count)
+    given = np.array([np.isfinite(each.sigma).sum() for each in network.curves], dtype=np.int64)
+    chosen = np.flatnonzero(given)
+    has_values = np.bincount(values.curve[known], minlength=count) > 0
+    size = np.where(has_values, of_values, of_points)
+    return _Candidates(
+        "control spline", 3, given[chosen], size[chosen],
+        lambda number: f"control spline `{network.curves[chosen[number]].id}`",
+        lambda number: control_spline_directions(
+            projector, int(chosen[number]), np.flatnonzero(curve == chosen[number])
+        ),
+    )  # fmt: skip
 
 
-def _control_points(projector: ResidualProjector) -> list[_Candidate]:
+def _control_points(projector: ResidualProjector) -> _Candidates:
     network, at = projector.assembler.prepared.network, projector.solution.linearization
-    members = split_by(network.point_observations.point, len(network.points.ids))
-    found = []
-    for number in np.flatnonzero(np.isfinite(network.points.sigma).any(axis=1)).tolist():
-        rays = members[number]
-        if len(rays):
-            given = int(np.isfinite(network.points.sigma[number]).sum())
-            size = max(_rms(at.point_prior_residual[number]), _rms(at.points.residual[rays].ravel()))
-            name = f"control point `{network.points.ids[number]}`"
-            build = partial(control_point_directions, projector, number, rays)
-            found.append(_Candidate("control point", name, given, 3, size, build))
-    return found
+    point, count = network.point_observations.point, len(network.points.ids)
+    given = np.isfinite(network.points.sigma).sum(axis=1)
+    chosen = np.flatnonzero((given > 0) & (np.bincount(point, minlength=count) > 0))
+    of_rays = _rms(point.repeat(2), at.points.residual.ravel(), count)
+    of_priors = np.sqrt(np.mean(at.point_prior_residual**2, axis=1))
+    return _Candidates(
+        "control point", 3, given[chosen], np.maximum(of_priors, of_rays)[chosen],
+        lambda number: f"control point `{network.points.ids[chosen[number]]}`",
+        lambda number: control_point_directions(
+            projector, int(chosen[number]), np.flatnonzero(point == chosen[number])
+        ),
+    )  # fmt: skip
 
 
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
+def _rms(group: IntArray, values: FloatArray, count: int) -> FloatArray:
+    """Root mean square of the values of every group, (count,); 0 of an empty one."""
+    square = np.bincount(group, values**2, minlength=count)
+    return np.asarray(np.sqrt(square / np.maximum(np.bincount(group, minlength=count), 1)))

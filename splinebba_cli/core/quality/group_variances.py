@@ -18,6 +18,7 @@ so that s = M^-1 c is unbiased whatever weights were used.  With S the diagonal 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,24 +83,52 @@ def squared_blocks(
 
     Of groups with arc lengths or tangents there is only the diagonal, as that of r independent residuals.
     """
+    rows = projector.design.ranges.count
     matrix = np.zeros((len(sums), len(sums)))
-    generator = np.random.default_rng(1)
     for g, own in enumerate(sums):
         if not own.complete:
             matrix[g, g] = own.redundancy * (1.0 if variances is None else variances[g] ** 2)
-            continue
-        for signs, weight in _probes(own, projector.design.ranges.count, generator):
-            errors = np.zeros((projector.design.ranges.count, signs.shape[1]))
-            errors[own.rows] = signs
-            shown = projector.project(errors)
-            if variances is not None:
-                for each, variance in zip(sums, variances, strict=True):
-                    shown[each.rows] *= variance
-                shown = projector.project(shown)
-            for h, other in enumerate(sums):
-                if other.complete:
-                    matrix[g, h] += weight * float(np.sum(shown[other.rows] ** 2))
+    complete = [g for g, own in enumerate(sums) if own.complete]
+    for probes in _batches(sums, complete, rows):
+        errors = np.zeros((rows, sum(probe.signs.shape[1] for probe in probes)))
+        owner = np.repeat([probe.group for probe in probes], [probe.signs.shape[1] for probe in probes])
+        weight = np.repeat([probe.weight for probe in probes], [probe.signs.shape[1] for probe in probes])
+        for probe in probes:
+            errors[np.ix_(sums[probe.group].rows, np.flatnonzero(owner == probe.group))] = probe.signs
+        shown = projector.project(errors)
+        if variances is not None:
+            for each, variance in zip(sums, variances, strict=True):
+                shown[each.rows] *= variance
+            shown = projector.project(shown)
+        for h in complete:
+            squares = np.einsum("nk,nk->k", shown[sums[h].rows], shown[sums[h].rows]) * weight
+            np.add.at(matrix[:, h], owner, squares)
     return 0.5 * (matrix + matrix.T)
+
+
+@dataclass(frozen=True)
+class _Probe:
+    """Errors of a group (n, k), with the weight of their squares."""
+
+    group: int
+    signs: FloatArray
+    weight: float
+
+
+def _batches(sums: list[GroupSum], groups: list[int], rows: int) -> Iterator[list[_Probe]]:
+    """Probes of all groups, as many together as fit."""
+    generator, waiting, size = np.random.default_rng(1), list[_Probe](), 0
+    for group in groups:
+        for signs, weight in _probes(sums[group], rows, generator):
+            if (waiting and (size + signs.shape[1]) * rows > BLOCK_ENTRIES) or any(
+                p.group == group for p in waiting
+            ):
+                yield waiting
+                waiting, size = [], 0
+            waiting.append(_Probe(group, signs, weight))
+            size += signs.shape[1]
+    if waiting:
+        yield waiting
 
 
 def _probes(own: GroupSum, rows: int, generator: np.random.Generator) -> list[tuple[FloatArray, float]]:

@@ -7,8 +7,9 @@ Candidates come from the figures that every observation has (reliability.py); on
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -18,15 +19,16 @@ from splinebba_cli.core.evidence import Influence, ObservationKind
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.observations.coefficient_rows import GAUGE
 from splinebba_cli.core.quality.cofactors import Cofactors
+from splinebba_cli.core.quality.object_effects import ObjectEffects
 from splinebba_cli.core.quality.observation_effects import Effects, EquationColumns, ObservationEffects
 from splinebba_cli.core.quality.observation_names import curve_point_name, distance_name, image_point_name
 from splinebba_cli.core.quality.prior_residuals import AXES, EOP_NAMES
-from splinebba_cli.core.quality.redundancy import RedundancyNumbers, orientation_weights
+from splinebba_cli.core.quality.redundancy import RedundancyNumbers
 from splinebba_cli.core.quality.reliability import CONTROLLED
 from splinebba_cli.core.result import ResidualTable
-from splinebba_cli.core.state import Prepared, State
 
 MOST = 20
+BLOCK_ENTRIES = 16_000_000  # of the right-hand sides that are solved together
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,7 @@ class _Candidates:
 
     kind: ObservationKind
     unit: Literal["mm", "rad", "m"]
-    columns: EquationColumns
+    columns: Callable[[slice], EquationColumns]  # of some of them
     redundancy: FloatArray  # (q,)
     sigma: FloatArray  # (q,)
     names: list[str]
@@ -57,16 +59,24 @@ def influences(
     delta0 : noncentrality of the tests
     """
     effects_of = ObservationEffects(solved.assembler, solved.solution)
-    weights = orientation_weights(cofactors)
+    weights = cofactors.orientation_weights
+    on_objects = ObjectEffects.of(solved.assembler.prepared, solved.solution.state)
     found: list[Influence] = []
+    width = max(1, BLOCK_ENTRIES // int(solved.assembler.layout.node_starts[-1]))
     for part in _candidates(effects_of, solved, numbers, curves, points):
-        errors = delta0 / np.sqrt(part.redundancy)
-        effects = effects_of.of(part.columns, errors)
-        if cofactors.datum is not None:
-            effects = cofactors.datum.of_effects(effects)
-        found += _described(part, errors, effects, weights, solved.assembler.prepared, solved.solution.state)
-    found.sort(key=lambda influence: (-influence.orientation, -influence.bias_to_noise, influence.name))
-    return tuple(found[:MOST])
+        for begin in range(0, len(part.names), width):
+            own = slice(begin, begin + width)
+            errors = delta0 / np.sqrt(part.redundancy[own])
+            effects = effects_of.of(part.columns(own), errors)
+            if cofactors.datum is not None:
+                effects = cofactors.datum.of_effects(effects)
+            least = found[-1].orientation if len(found) == MOST else 0.0
+            found += _described(part, own, errors, effects, weights, on_objects, least)
+            found.sort(
+                key=lambda influence: (-influence.orientation, -influence.bias_to_noise, influence.name)
+            )
+            found = found[:MOST]
+    return tuple(found)
 
 
 def _candidates(
@@ -80,15 +90,22 @@ def _candidates(
     seen, points = network.curve_observations, network.point_observations
     rows = _largest(on_curves.reliability.orientation_influence[:, 0])
     if len(rows):
-        sigma = np.linalg.norm(solved.solution.linearization.curve.normal[rows] * seen.sigma[rows], axis=1)
+        sigma = np.linalg.norm(numbers.curve.normal[rows] * seen.sigma[rows], axis=1)
         names = [f"{curve_point_name(network, k)}, across" for k in rows]
-        yield _Candidates("spline", "mm", effects.curve_rows(rows), numbers.curve_rows[rows], sigma, names)
+        yield _Candidates(
+            "spline",
+            "mm",
+            lambda part: effects.curve_rows(rows[part]),
+            numbers.curve_rows[rows],
+            sigma,
+            names,
+        )
     flat = _largest(on_points.reliability.orientation_influence.ravel())
     if len(flat):
         rows, axis = flat // 2, flat % 2
         names = [f"{image_point_name(network, k)}, {'xy'[d]}" for k, d in zip(rows, axis, strict=True)]
         yield _Candidates(
-            "point", "mm", effects.image_points(rows, axis), numbers.image_points[rows, axis],
+            "point", "mm", lambda part: effects.image_points(rows[part], axis[part]), numbers.image_points[rows, axis],
             points.sigma[rows, axis], names,
         )  # fmt: skip
     yield from _priors(effects, solved, numbers)
@@ -107,14 +124,14 @@ def _priors(
             f"control point `{network.points.ids[k]}`, {AXES[d]}" for k, d in zip(point, axis, strict=True)
         ]
         yield _Candidates(
-            "control point", "m", effects.point_priors(point, axis), numbers.point_priors[point, axis],
-            network.points.sigma[point, axis], names,
+            "control point", "m", lambda part: effects.point_priors(point[part], axis[part]),
+            numbers.point_priors[point, axis], network.points.sigma[point, axis], names,
         )  # fmt: skip
     distances = _largest(-np.where(numbers.distances > CONTROLLED, numbers.distances, np.inf))
     if len(distances):
         names = [distance_name(network, int(k)) for k in distances]
         yield _Candidates(
-            "distance", "m", effects.distances(distances), numbers.distances[distances],
+            "distance", "m", lambda part: effects.distances(distances[part]), numbers.distances[distances],
             network.distances.sigma[distances], names,
         )  # fmt: skip
     rows = solved.assembler.coefficient_rows
@@ -128,8 +145,8 @@ def _priors(
             for k in chosen
         ]
         yield _Candidates(
-            "control spline", "m", effects.coefficient_rows(chosen), numbers.coefficient_rows[chosen],
-            rows.sigma[chosen], names,
+            "control spline", "m", lambda part: effects.coefficient_rows(chosen[part]),
+            numbers.coefficient_rows[chosen], rows.sigma[chosen], names,
         )  # fmt: skip
     yield from _orientations(
         effects, at.orientation_priors.image, numbers, network.images.ids, network.images.prior_sigma
@@ -158,7 +175,7 @@ def _orientations(
                 for k, c in zip(rows, component, strict=True)
             ]
             yield _Candidates(
-                "eop prior", unit, effects.orientation_priors(rows, component),
+                "eop prior", unit, partial(_prior_columns, effects, rows, component),
                 numbers.orientation_priors[rows, component], sigma[image[rows], component], names,
             )  # fmt: skip
 
@@ -170,63 +187,50 @@ def _largest(figures: FloatArray) -> IntArray:
     return np.asarray(finite[order], dtype=np.int64)
 
 
+def _prior_columns(
+    effects: ObservationEffects, rows: IntArray, component: IntArray, part: slice
+) -> EquationColumns:
+    return effects.orientation_priors(rows[part], component[part])
+
+
 def _described(
     part: _Candidates,
+    own: slice,
     errors: FloatArray,
     effects: Effects,
     weights: FloatArray,
-    prepared: Prepared,
-    state: State,
+    on_objects: ObjectEffects,
+    least: float,
 ) -> list[Influence]:
-    images = prepared.network.images.ids
-    moved = np.moveaxis(effects.orientation, 2, 0)  # (q, m, 6)
-    on_orientation = np.sqrt(np.maximum(np.einsum("qmi,mij,qmj->qm", moved, weights, moved), 0.0))
-    position = np.linalg.norm(moved[:, :, 3:], axis=2)
-    angle = np.linalg.norm(moved[:, :, :3], axis=2)
-    size, names = _object_effects(effects, prepared, state)
-    found = []
-    for k, name in enumerate(part.names):
-        r = float(part.redundancy[k])
-        worst = [int(np.argmax(figures[k])) for figures in (on_orientation, position, angle)]
-        where = int(np.argmax(size[k])) if size.shape[1] else -1
+    """Some of a part, those that bend an orientation by at least so much."""
+    images, found = on_objects.network.images.ids, []
+    columns = (part.names[own], part.redundancy[own].tolist(), part.sigma[own].tolist())
+    for k, (name, r, sigma) in enumerate(zip(*columns, strict=True)):
+        moved = effects.orientation[:, :, k]
+        square = np.sum(np.matmul(moved[:, None], weights)[:, 0] * moved, axis=1)
+        on_orientation = np.sqrt(np.maximum(square, 0.0))
+        if on_orientation.max() < least:
+            continue
+        position = np.linalg.norm(moved[:, 3:], axis=1)
+        angle = np.linalg.norm(moved[:, :3], axis=1)
+        worst = [int(np.argmax(figures)) for figures in (on_orientation, position, angle)]
+        size, subject = on_objects.largest(effects.point[:, :, k], effects.coefficients[:, :, k])
         found.append(
             Influence(
                 kind=part.kind,
                 name=name,
                 redundancy=r,
-                minimal_detectable_bias=float(errors[k] * part.sigma[k]),
+                minimal_detectable_bias=float(errors[k] * sigma),
                 unit=part.unit,
                 bias_to_noise=float(errors[k] * np.sqrt(max(1.0 - r, 0.0))),
-                orientation=float(on_orientation[k, worst[0]]),
+                orientation=float(on_orientation[worst[0]]),
                 orientation_image=images[worst[0]],
-                position_m=float(position[k, worst[1]]),
+                position_m=float(position[worst[1]]),
                 position_image=images[worst[1]],
-                angle_rad=float(angle[k, worst[2]]),
+                angle_rad=float(angle[worst[2]]),
                 angle_image=images[worst[2]],
-                object_m=float(size[k, where]) if where >= 0 else 0.0,
-                object_name=names[where] if where >= 0 else "",
+                object_m=size,
+                object_name=subject,
             )
         )
     return found
-
-
-def _object_effects(effects: Effects, prepared: Prepared, state: State) -> tuple[FloatArray, list[str]]:
-    """Lengths of the effects on points and, across the curve, on the ends of all segments, (q, places)."""
-    network, curves = prepared.network, prepared.curves
-    names = [f"point `{id_}`" for id_ in network.points.ids]
-    on_points = np.moveaxis(np.linalg.norm(effects.point, axis=1), 1, 0)
-    curve = np.repeat(np.arange(len(curves.bases)), np.diff(curves.segment_start))
-    if not len(curve):
-        return on_points, names
-    segments = np.arange(len(curves.left))
-    segment, curve = np.tile(segments, 2), np.tile(curve, 2)
-    t = np.repeat([0.0, 1.0], len(segments))
-    columns = curves.columns[segment]
-    weights, slopes = curves.weights(segment, t), curves.weights(segment, t, 1)
-    tangent = np.einsum("pw,pwd->pd", slopes, state.coefficients[columns])
-    norm = np.linalg.norm(tangent, axis=1)[:, None]
-    tangent = np.divide(tangent, norm, out=np.zeros_like(tangent), where=norm > 0.0)
-    moved = np.einsum("pw,pwdq->qpd", weights, effects.coefficients[columns], optimize=True)
-    across = moved - np.sum(moved * tangent, axis=2)[:, :, None] * tangent
-    names += [f"spline `{network.curves[k].id}`" for k in curve]
-    return np.concatenate([on_points, np.linalg.norm(across, axis=2)], axis=1), names

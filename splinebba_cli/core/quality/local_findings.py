@@ -15,10 +15,11 @@ import numpy as np
 
 from splinebba_cli.core.evidence import LocalTests
 from splinebba_cli.core.network import FloatArray
+from splinebba_cli.core.prior_residuals import PriorResidual
 from splinebba_cli.core.quality.critical_values import critical_value
 from splinebba_cli.core.quality.observation_names import curve_point_name, distance_name, image_point_name
 from splinebba_cli.core.quality.reliability import tested_values
-from splinebba_cli.core.result import AdjustmentResult, PriorResidual, Problem
+from splinebba_cli.core.result import AdjustmentResult, Problem
 
 CERTAIN = 1e-3  # probability by chance of the largest of all, below which it is named
 
@@ -65,7 +66,7 @@ def _worst(result: AdjustmentResult) -> tuple[float, str]:
         (result.arc_residuals.standardized[:, None], on_arc),
         (result.tangent_residuals.standardized[:, None], of_tangent),
         (result.distance_residuals.standardized[:, None], partial(distance_name, network)),
-        (np.array([[prior.standardized] for prior in result.prior_residuals]), of_prior),
+        (result.prior_residuals.standardized[:, None], of_prior),
     ]
     best, name = 0.0, ""
     for standardized, described in kinds:

@@ -39,7 +39,7 @@ def with_model_evidence(
     result: AdjustmentResult, solved: ConditionedSolution, numbers: RedundancyNumbers, weights: WeightFactors
 ) -> AdjustmentResult:
     """The result with this evidence and its problems added."""
-    projector = ResidualProjector(solved.assembler, solved.solution)
+    projector = ResidualProjector(solved.assembler, solved.solution, numbers.curve)
     alpha = result.network.settings.alpha
     groups = observation_groups(result.network)
     sums = group_sums(projector, numbers, groups)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from splinebba_cli.core.estimation.curve_chunks import equation_rows
 from splinebba_cli.core.estimation.gauss_markov import Solution
 from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.network import FloatArray, IntArray
@@ -54,14 +55,14 @@ class ObservationEffects:
         """Equations of curve points, numbers in the rows of the linearisation."""
         layout, size = self.assembler.layout, self.assembler.orientation_size
         out = EquationColumns.empty(self.assembler, len(rows))
-        curve = self.at.curve
-        columns = self.assembler.prepared.curves.columns[curve.segment[rows]]
+        chosen, jacobian = equation_rows(self.assembler, self.at, rows)
+        columns = self.assembler.prepared.curves.columns[chosen.segment]
         place = (layout.unknown_of_coefficient[columns][:, :, None] + np.arange(3)).reshape(len(rows), -1)
         q = np.arange(len(rows))[:, None]
-        np.add.at(out.reduced, (place, q), self.at.curve_jacobian[rows, size:-1])
+        np.add.at(out.reduced, (place, q), jacobian[:, size:])
         if size:
-            own = 6 * curve.image[rows][:, None] + np.arange(6)
-            np.add.at(out.reduced, (own, q), self.at.curve_jacobian[rows, :size])
+            own = 6 * chosen.image[:, None] + np.arange(6)
+            np.add.at(out.reduced, (own, q), jacobian[:, :size])
         return out
 
     def image_points(self, rows: IntArray, axis: IntArray) -> EquationColumns:

@@ -33,14 +33,14 @@ class PhotoRows:
     @classmethod
     def of(cls, projector: ResidualProjector) -> PhotoRows:
         """The rows of a solution."""
-        network, at = projector.assembler.prepared.network, projector.solution.linearization
-        on_curves, points, curve = network.curve_observations, network.point_observations, at.curve
+        network = projector.assembler.prepared.network
+        on_curves, points = network.curve_observations, network.point_observations
+        curve = projector.design.curve
         n = len(on_curves)
-        unit = np.concatenate([curve.normal, np.stack([curve.normal[:, 1], -curve.normal[:, 0]], axis=1)])
-        held = n + curve.point[n:]
-        direction = unit[np.concatenate([np.arange(n), held])] / on_curves.sigma[curve.point]
+        tangent = np.stack([curve.normal[curve.along, 1], -curve.normal[curve.along, 0]], axis=1)
+        direction = np.concatenate([curve.normal, tangent]) / on_curves.sigma[curve.point]
         both = np.eye(2)[None] / points.sigma[:, None, :]
-        image = np.concatenate([curve.image, points.image.repeat(2)])
+        image = np.concatenate([on_curves.image[curve.point], points.image.repeat(2)])
         camera = network.images.camera[image]
         centre = np.array([each.principal_point_mm for each in network.cameras])[camera]
         rows = len(curve.point) + 2 * len(points)
@@ -57,7 +57,11 @@ class PhotoRows:
 
     def directions(self, rows: IntArray, bias: FloatArray) -> sparse.csc_array:
         """Directions (count, p) of biases (k, p, 2), mm per unit, of the measurements of some rows (k,)."""
-        values = np.einsum("kpc,kc->kp", bias, self.sensitivity[rows])
-        columns = np.broadcast_to(np.arange(bias.shape[1]), values.shape)
-        place = (np.broadcast_to(rows[:, None], values.shape).ravel(), columns.ravel())
-        return sparse.coo_array((values.ravel(), place), shape=(self.count, bias.shape[1])).tocsc()
+        values = np.sum(bias * self.sensitivity[rows][:, None, :], axis=2)
+        pointer = len(rows) * np.arange(bias.shape[1] + 1, dtype=np.int32)
+        entries = (
+            np.ascontiguousarray(values.T).ravel(),
+            np.tile(rows.astype(np.int32), bias.shape[1]),
+            pointer,
+        )
+        return sparse.csc_array(entries, shape=(self.count, bias.shape[1]))

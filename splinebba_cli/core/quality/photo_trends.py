@@ -34,21 +34,25 @@ def image_means(
 ) -> list[SystematicEffect]:
     """Tests of the mean residual vector of every image, or of those with the largest ones."""
     network = projector.assembler.prepared.network
-    members = split_by(rows.image, len(network.images.ids))
-    images = [k for k, own in enumerate(members) if len(own) >= FEWEST]
+    count = np.bincount(rows.image, minlength=len(network.images.ids))
+    images = np.flatnonzero(count >= FEWEST)
     family = _family(network, statistics, len(images))
     number = projector.affordable // 2
     if len(images) > number:
-        size = [_largest_mean(rows, members[k]) for k in images]
-        images = [images[i] for i in np.sort(np.argsort(-np.array(size), kind="stable")[:number])]
-    blocks = [rows.directions(members[k], np.repeat(BOTH, len(members[k]), axis=0)) for k in images]
+        size = _largest_means(rows, len(count))[images]
+        images = images[np.sort(np.argsort(-size, kind="stable")[:number])]
+    order = np.argsort(rows.image, kind="stable")
+    bounds = np.searchsorted(rows.image[order], np.stack([images, images + 1]))
+    members = [order[begin:end] for begin, end in bounds.T.tolist()]
+    blocks = [rows.directions(own, np.repeat(BOTH, len(own), axis=0)) for own in members]
     found = []
-    for k, test in zip(images, bias_tests(projector, blocks, family), strict=True):
+    tests = bias_tests(projector, blocks, family)
+    for k, own, test in zip(images.tolist(), members, tests, strict=True):
         if test.freedom:
             subject = f"image `{network.images.ids[k]}`"
             text = f"mean residual ({_signed(-UM * test.plain[0])}, {_signed(-UM * test.plain[1])}) µm"
             estimate = UM * float(np.hypot(*test.plain))
-            found.append(_effect("image mean", subject, estimate, test, family, len(members[k]), text))
+            found.append(_effect("image mean", subject, estimate, test, family, len(own), text))
     return found
 
 
@@ -122,11 +126,14 @@ def _largest_radius(rows: PhotoRows, own: IntArray) -> float:
     return float(np.hypot(rows.xy[own, 0], rows.xy[own, 1]).max())
 
 
-def _largest_mean(rows: PhotoRows, own: IntArray) -> float:
-    """Size of C'v over that of C, of the two directions of an image."""
-    moment = rows.sensitivity[own].T @ rows.residual[own]
-    size: FloatArray = np.sum(rows.sensitivity[own] ** 2, axis=0)
-    return float(np.sqrt(np.sum(moment**2 / np.maximum(size, 1e-300))))
+def _largest_means(rows: PhotoRows, count: int) -> FloatArray:
+    """Size of C'v over that of C, of the two directions of every image, (count,)."""
+    square = np.zeros(count)
+    for axis in range(2):
+        moment = np.bincount(rows.image, rows.sensitivity[:, axis] * rows.residual, minlength=count)
+        size = np.bincount(rows.image, rows.sensitivity[:, axis] ** 2, minlength=count)
+        square += moment**2 / np.maximum(size, 1e-300)
+    return np.asarray(np.sqrt(square))
 
 
 def _effect(

@@ -11,17 +11,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from splinebba_cli.core.estimation.curve_chunks import CurveEquations
 from splinebba_cli.core.network import BoolArray, FloatArray
+from splinebba_cli.core.observations.coefficient_rows import GAUGE
 from splinebba_cli.core.quality.cofactors import Cofactors
 from splinebba_cli.core.quality.linked_cofactors import LinkedCofactors
 from splinebba_cli.core.quality.reliability import CONTROLLED
+
+CHUNK = 100_000  # equations over coefficients at once
 
 
 @dataclass(frozen=True)
 class RedundancyNumbers:
     """Redundancy numbers of all kinds of observations; 0 where there is no observation."""
 
-    curve_rows: FloatArray  # (k,) across, then along for held locations
+    curve: CurveEquations  # of curve points: across, then along for held locations
+    curve_rows: FloatArray  # (k,) of these
     linked_along: FloatArray  # (n,) along the curve at linked points
     arc_lengths: FloatArray  # (q,)
     tangents: FloatArray  # (t,)
@@ -63,10 +68,10 @@ def redundancy_numbers(cofactors: Cofactors, linked: LinkedCofactors) -> Redunda
     """Redundancy numbers of all observations from the selected inverse."""
     assembler, at = cofactors.assembler, cofactors.solution.linearization
     network, layout, image_mask = assembler.prepared.network, assembler.layout, cofactors.image_mask
-    curve = cofactors.curve_leverage(at.curve_jacobian[:, :-1])
+    curve = cofactors.curve
     image_points = np.zeros((len(network.point_observations), 2))
     point_orientation = image_points
-    weights = orientation_weights(cofactors)
+    weights = cofactors.orientation_weights
     points = cofactors.points
     observed = network.point_observations
     if len(observed):
@@ -85,7 +90,8 @@ def redundancy_numbers(cofactors: Cofactors, linked: LinkedCofactors) -> Redunda
     weight = assembler.point_inverse_sigma**2
     point_leverage = np.einsum("nii->ni", points.own) * weight
     return RedundancyNumbers(
-        curve_rows=1.0 - curve.own,
+        curve=curve.equations,
+        curve_rows=1.0 - curve.leverage,
         linked_along=np.where(assembler.prepared.chains.linked, 1.0 - linked.along, 0.0),
         arc_lengths=1.0 - linked.arc,
         tangents=1.0 - linked.tangent,
@@ -94,16 +100,9 @@ def redundancy_numbers(cofactors: Cofactors, linked: LinkedCofactors) -> Redunda
         orientation_priors=np.where(priors.active, 1.0 - prior_leverage, 0.0),
         point_priors=np.where(weight > 0.0, 1.0 - point_leverage, 0.0),
         coefficient_rows=1.0 - coefficient_leverage(cofactors),
-        curve_orientation=_curve_share(cofactors, curve.orientation, weights),
+        curve_orientation=curve.orientation_share,
         point_orientation=point_orientation,
     )
-
-
-def orientation_weights(cofactors: Cofactors) -> FloatArray:
-    """Q_ii^-1 of the orientations, (m, 6, 6); zero rows where unknowns are removed."""
-    removed = np.zeros_like(cofactors.images)
-    removed[:, range(6), range(6)] = 1.0 - cofactors.image_mask
-    return np.asarray(np.linalg.inv(cofactors.images + removed) - removed)
 
 
 def _share(reached: FloatArray, weights: FloatArray) -> FloatArray:
@@ -111,23 +110,23 @@ def _share(reached: FloatArray, weights: FloatArray) -> FloatArray:
     return np.asarray(np.sum(np.matmul(reached, weights) * reached, axis=-1))
 
 
-def _curve_share(cofactors: Cofactors, reached: FloatArray, weights: FloatArray) -> FloatArray:
-    """The same of the rows of curve points, group by group of one image."""
-    out = np.zeros(len(reached) + 1)
-    if not reached.shape[1]:
-        return out[:-1]
-    windows = cofactors.solution.linearization.windows
-    padded = np.concatenate([reached, np.zeros((1, reached.shape[1]))])
-    for groups, rows in windows.groups.batches(2 * reached.shape[1]):
-        out[rows] = _share(padded[rows], weights[windows.image[groups]])
-    return out[:-1]
-
-
 def coefficient_leverage(cofactors: Cofactors) -> FloatArray:
     """a Q a' of the equations over coefficients (control of values, gauge conditions), (q,)."""
     rows = cofactors.assembler.coefficient_rows
-    if not len(rows):
-        return np.zeros(0)
-    j = cofactors.solution.linearization.coefficient_jacobian.reshape(len(rows), -1)
-    windows = cofactors.solved_windows(rows.columns)
-    return np.asarray(np.einsum("qi,qij,qj->q", j, windows, j, optimize=True))
+    leverage = np.zeros(len(rows))
+    jacobian = cofactors.solution.linearization.coefficient_jacobian
+    for begin in range(0, len(rows), CHUNK):
+        own = np.arange(begin, min(begin + CHUNK, len(rows)))
+        given, conditions = own[rows.component[own] < GAUGE], own[rows.component[own] >= GAUGE]
+        axis = rows.component[given]
+        leverage[given] = _quadratic(
+            jacobian[given, :, axis], cofactors.coordinate_windows(rows.columns[given], axis)
+        )
+        j = jacobian[conditions].reshape(len(conditions), 3 * rows.columns.shape[1])
+        leverage[conditions] = _quadratic(j, cofactors.solved_windows(rows.columns[conditions]))
+    return leverage
+
+
+def _quadratic(rows: FloatArray, blocks: FloatArray) -> FloatArray:
+    """j Q j' of rows (q, p) and blocks (q, p, p), (q,)."""
+    return np.asarray(np.sum(np.matmul(rows[:, None, :], blocks)[:, 0] * rows, axis=1))

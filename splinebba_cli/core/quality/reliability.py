@@ -72,7 +72,7 @@ def local_tests_of(result: AdjustmentResult) -> LocalTests:
             result.arc_residuals.standardized,
             result.tangent_residuals.standardized,
             result.distance_residuals.standardized,
-            np.array([prior.standardized for prior in result.prior_residuals]),
+            result.prior_residuals.standardized,
         ]
     )
     size = np.abs(tested_values(testing, w[np.isfinite(w)], statistics))

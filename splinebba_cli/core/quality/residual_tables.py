@@ -36,10 +36,10 @@ def curve_table(
     delta0: float,
 ) -> ResidualTable:  # fmt: skip
     """Residuals of the image points of curves: across, and along where the location is held or linked to others."""
-    rows, linked = solved.solution.linearization.curve, np.flatnonzero(prepared.chains.linked)
+    rows, linked = numbers.curve, np.flatnonzero(prepared.chains.linked)
     observed = prepared.network.curve_observations
     count = len(observed)
-    held = rows.point[count:]
+    held = rows.along
     across = rows.residual[:count]
     unit = np.stack([rows.normal[:, 1], -rows.normal[:, 0]], axis=1)
     along = np.zeros(count)

@@ -23,6 +23,7 @@ from splinebba_cli.core.result import Statistics
 FEWEST_IMAGES = 3
 TURN = np.cos(np.radians(45.0))
 GAP = 3.0
+WORTH = 4  # times the work of other families
 
 
 def strips_of(position: FloatArray) -> list[IntArray]:
@@ -44,19 +45,24 @@ def strips_of(position: FloatArray) -> list[IntArray]:
 
 
 def strip_drifts(projector: ResidualProjector, statistics: Statistics) -> list[SystematicEffect]:
-    """Tests of all strips of at least three images with prior positions."""
+    """Tests of the strips of at least three images with prior positions, or of as many as are affordable."""
     network, at = projector.assembler.prepared.network, projector.solution.linearization
     q, c = np.nonzero(at.orientation_priors.active)
-    image = at.orientation_priors.image[q]
+    positions = np.flatnonzero(c >= 3)
+    positions = positions[np.argsort(at.orientation_priors.image[q[positions]], kind="stable")]
+    image = at.orientation_priors.image[q[positions]]
     strips, blocks = [], []
     for strip in strips_of(at.state.position):
-        rows = np.flatnonzero(np.isin(image, strip) & (c >= 3))
-        known = np.unique(image[rows])
+        own = slice(*np.searchsorted(image, [strip[0], strip[-1] + 1]).tolist()) if len(strip) else slice(0)
+        known = np.unique(image[own])
         if len(known) >= FEWEST_IMAGES:
             strips.append(known)
-            blocks.append(_directions(projector, rows, image[rows], c[rows] - 3))
+            rows = positions[own]
+            blocks.append(_directions(projector, rows, image[own], c[rows] - 3))
     settings = network.settings
     family = TestFamily.of(statistics, settings.testing, settings.alpha, max(len(blocks), 1))
+    chosen = _worst(projector, blocks)
+    strips, blocks = [strips[k] for k in chosen], [blocks[k] for k in chosen]
     tests = bias_tests(projector, blocks, family)
     ids = network.images.ids
     return [
@@ -66,6 +72,16 @@ def strip_drifts(projector: ResidualProjector, statistics: Statistics) -> list[S
         for strip, block, test in zip(strips, blocks, tests, strict=True)
         if test.freedom
     ]
+
+
+def _worst(projector: ResidualProjector, blocks: list[sparse.csc_array]) -> list[int]:
+    """All strips, or as many as are affordable: those whose residuals have the largest sizes in the directions."""
+    most = WORTH * projector.affordable // 6
+    if len(blocks) <= most:
+        return list(range(len(blocks)))
+    residual = projector.design.residual
+    size = [float(np.sum((block.T @ residual) ** 2 / block.power(2).sum(axis=0))) for block in blocks]
+    return sorted(int(k) for k in np.argsort(-np.array(size), kind="stable")[:most])
 
 
 def _directions(

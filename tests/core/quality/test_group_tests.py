@@ -11,14 +11,13 @@ from functools import cache
 
 import numpy as np
 import pytest
-from scipy import sparse
 
 from benchmarks.variance_components import shifted_chain
 from splinebba_cli.core.adjustment import adjust
 from splinebba_cli.core.evidence import GroupTest
 from splinebba_cli.core.network import Network
 from splinebba_cli.core.quality.control_directions import control_spline_directions
-from splinebba_cli.core.quality.group_tests import _Candidate, _worst, group_tests
+from splinebba_cli.core.quality.group_tests import _worst, group_tests
 from splinebba_cli.core.quality.photo_rows import PhotoRows
 from splinebba_cli.core.quality.residual_projector import ResidualProjector
 from splinebba_cli.core.result import AdjustmentResult
@@ -127,9 +126,7 @@ def test_a_wrong_chain_is_the_first_that_is_named() -> None:
 
 
 def test_where_not_all_are_affordable_the_most_suspicious_are_tested() -> None:
-    def candidate(name: str, suspicion: float) -> _Candidate:
-        return _Candidate("chain", name, 9, 1, suspicion, lambda: sparse.csc_array((0, 0)))
-
-    every = [candidate("a", 1.0), candidate("b", 7.0), candidate("c", 3.0), candidate("d", 5.0)]
-    assert [each.name for each in _worst(every, 2)] == ["b", "d"]
-    assert [each.name for each in _worst(every, 4)] == ["a", "b", "c", "d"]
+    suspicion, unknowns = np.array([1.0, 7.0, 3.0, 5.0]), np.array([1, 1, 1, 3])
+    assert _worst(suspicion, unknowns, 1).tolist() == [1]
+    assert _worst(suspicion, unknowns, 4).tolist() == [1, 3]
+    assert _worst(suspicion, unknowns, 6).tolist() == [0, 1, 2, 3]

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy import stats
+from scipy import sparse, stats
 
 from splinebba_cli.core.adjustment import adjust
 from splinebba_cli.core.evidence import SystematicEffect
 from splinebba_cli.core.network import FloatArray, Network
-from splinebba_cli.core.quality.strip_drifts import strips_of
+from splinebba_cli.core.quality.strip_drifts import _worst, strips_of
 from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.simulation.six_image_block import simulate_block
 
@@ -72,3 +73,12 @@ def test_without_an_error_the_statistic_is_chi_square() -> None:
     assert np.mean([each.statistic for each in effects]) == pytest.approx(q, abs=4.0 * np.sqrt(2.0 * q / 40))
     alarms = sum(each.significant for each in effects)
     assert alarms <= stats.binom.ppf(0.9999, 40, 0.05)
+
+
+def test_where_not_all_are_affordable_the_most_suspicious_are_tested() -> None:
+    """Size is C'v over |C|: not that of the biases themselves."""
+    residual = np.array([0.5, 3.0, 1.0, 2.0])
+    blocks = [sparse.csc_array(np.eye(4)[:, [k]] * scale) for k, scale in enumerate((100.0, 1.0, 10.0, 0.1))]
+    for affordable, expected in ((2, [1]), (3, [1, 3]), (5, [1, 2, 3]), (6, [0, 1, 2, 3])):
+        projector = SimpleNamespace(affordable=affordable, design=SimpleNamespace(residual=residual))
+        assert _worst(projector, blocks) == expected  # type: ignore[arg-type]
