@@ -9,7 +9,7 @@ import numpy as np
 
 from splinebba_cli.core.network import CurveObservations, IntArray
 
-CHUNK_POINTS = 8192  # of tracks that are worked on together: what stays in the cache
+CHUNK_POINTS = 32_768  # of tracks that are worked on together: what stays in the cache
 
 
 @dataclass(frozen=True)

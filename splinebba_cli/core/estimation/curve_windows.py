@@ -17,7 +17,7 @@ import numpy as np
 from splinebba_cli.core.estimation.curve_blocks import CurveBlocks
 from splinebba_cli.core.network import IntArray
 
-CHUNK_POINTS = 8192
+CHUNK_POINTS = 32_768
 
 
 @dataclass(frozen=True)
