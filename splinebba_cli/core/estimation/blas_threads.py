@@ -26,10 +26,27 @@ def _controller() -> Any:
         return None
 
 
-def one_thread() -> AbstractContextManager[Any]:
-    """A context in which BLAS runs in one thread; without threadpoolctl it has no effect."""
+@lru_cache(maxsize=1)
+def _all_threads() -> int:
+    """Threads that BLAS has where nobody has limited it."""
     controller = _controller()
+    return max((library["num_threads"] for library in controller.info()), default=1) if controller else 1
+
+
+def one_thread() -> AbstractContextManager[Any]:
+    """A context in which BLAS runs in one thread; without threadpoolctl it has no effect.
+
+    A product of vectors of some ten thousand numbers already wakes all threads, which then wait for each other longer
+    than they compute.
+    """
+    controller, _ = _controller(), _all_threads()
     return nullcontext() if controller is None else controller.limit(limits=1, user_api="blas")
+
+
+def all_threads() -> AbstractContextManager[Any]:
+    """A context in which BLAS has all of its threads again."""
+    controller = _controller()
+    return nullcontext() if controller is None else controller.limit(limits=_all_threads(), user_api="blas")
 
 
 def fronts_with_threads(fronts: Iterable[int], unknowns: list[int]) -> Iterator[int]:
@@ -42,5 +59,5 @@ def fronts_with_threads(fronts: Iterable[int], unknowns: list[int]) -> Iterator[
         Pivots and rows of each front together.
     """
     for large, run in groupby(fronts, key=lambda front: unknowns[front] >= LARGE_FRONT):
-        with nullcontext() if large else one_thread():
+        with all_threads() if large else one_thread():
             yield from run

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from splinebba_cli.core.camera.rotation import rotation_from_vector
+from splinebba_cli.core.estimation.blas_threads import one_thread
 from splinebba_cli.core.estimation.block_cholesky import Factor, NotPositiveDefinite
 from splinebba_cli.core.estimation.curve_folding import folded_segments
 from splinebba_cli.core.estimation.damping import Damping, curve_costs
@@ -92,6 +93,13 @@ def solve(
         With `converged` False and the reason in `termination` where the iterations ended otherwise.
     """
     run = _Run(assembler, stage, observer, Damping.starting(assembler, damping), damping > 0.0, stationary)
+    with one_thread():
+        return _iterated(run, state, max_iterations)
+
+
+def _iterated(run: _Run, state: State, max_iterations: int) -> Solution:
+    """Iterations from a state."""
+    assembler = run.assembler
     at = _linearized(assembler, search_locations(assembler.prepared, state))
     step: _Step | None = None
     for _ in range(max_iterations):
