@@ -71,9 +71,11 @@ class CompiledAssembly:
         curve_side = np.zeros(places.coefficients.unknown.shape)
         image_side = np.zeros((0, 0)) if places.image is None else np.zeros(places.image.unknown.shape)
         at, prepared, out = work.at, work.prepared, work.out
+        points = work.windows.points[chunk.points]
+        segment, t = at.segments(points)
         front = self.kernels.chunk_sums(
             chunk.windows.start, chunk.windows.stop, self._starts, work.windows.image, work.windows.points,
-            at.segment, at.t, at.polynomials, work.blocks.weights, count, work.orientation_size,
+            chunk.points.start, segment, t, at.polynomials, work.blocks.weights, count, work.orientation_size,
             at.state.position, at.state.rotation, prepared.principal_distance, prepared.curve_rays.xy,
             prepared.curve_rays.whitening, work.held, work.free_along, UNSETTLED,
             NO_MASK if places.mask is None else places.mask, targets.spans, targets.target, targets.alone,

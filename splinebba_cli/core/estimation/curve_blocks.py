@@ -78,6 +78,11 @@ class CurveBlocks:
         return np.asarray(np.unique(self.sizes, axis=0, return_inverse=True)[1].ravel())
 
     @cached_property
+    def whole_curves(self) -> bool:
+        """Whether every curve of powers is one block, so that no location leaves its block."""
+        return not self.shared.any()
+
+    @cached_property
     def shared(self) -> BoolArray:
         """Whether a node is part of several blocks, (highest node + 1,)."""
         return np.asarray(np.bincount(self.nodes[self.nodes >= 0]) > 1)

@@ -100,10 +100,10 @@ class ChunkAssembly:
         self.out.across[number], self.out.along[number] = directions.across, directions.along
         self.out.kept[number] = flagged
         normal = np.stack([-directions.unit[1], directions.unit[0]])
-        h = directions.gradients(rays.whitening, normal)
+        h = directions.gradients(rays, normal)
         rows = seen.rows(h, directions.across, self.orientation_size)
         kept = np.flatnonzero(flagged)
         if not len(kept):
             return rows, kept, rows[:, :0]
-        h = directions.gradients(rays.whitening, directions.unit)[:, kept]
+        h = directions.gradients(rays, directions.unit)[:, kept]
         return rows, kept, seen[kept].rows(h, directions.along[kept], self.orientation_size)

@@ -7,16 +7,18 @@ product with itself, and at last the parts of the window where they belong.  Row
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+from numba import njit, uintp
 
 from splinebba_cli.core.observations.photo_segments_compiled import photo_segment
 
-LANES = 8
-"""Numbers of a vector register of the widest kind."""
+LANES = uintp(8)
+"""Numbers of the widest vector register; unsigned, as are indices of inner loops, which then cannot be negative."""
+ROWS = 4
+"""Rows whose products are added at a time."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
-def _directions(q, t, whitening, xy, p, out):
+def _directions(q, t, whitening, xy, n, p, out):
     """Place p in the photo frame; into out: x, y, the unit vector along, residuals across and along.
 
     Returns whether the place is in front of the camera.
@@ -31,9 +33,15 @@ def _directions(q, t, whitening, xy, p, out):
     inverse = 1.0 / p[2]
     x, y = p[0] * inverse, p[1] * inverse
     sx, sy = (d0 - x * d2) * inverse, (d1 - y * d2) * inverse
-    ex, ey = x - xy[0], y - xy[1]
-    r0, r1 = whitening[0, 0] * ex + whitening[0, 1] * ey, whitening[1, 0] * ex + whitening[1, 1] * ey
-    b0, b1 = whitening[0, 0] * sx + whitening[0, 1] * sy, whitening[1, 0] * sx + whitening[1, 1] * sy
+    ex, ey = x - xy[n, 0], y - xy[n, 1]
+    r0, r1 = (
+        whitening[n, 0, 0] * ex + whitening[n, 0, 1] * ey,
+        whitening[n, 1, 0] * ex + whitening[n, 1, 1] * ey,
+    )
+    b0, b1 = (
+        whitening[n, 0, 0] * sx + whitening[n, 0, 1] * sy,
+        whitening[n, 1, 0] * sx + whitening[n, 1, 1] * sy,
+    )
     speed = np.sqrt(b0 * b0 + b1 * b1)
     if speed > 0.0:
         b0, b1 = b0 / speed, b1 / speed
@@ -45,40 +53,40 @@ def _directions(q, t, whitening, xy, p, out):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
-def _project(n0, n1, p, x, y, basis, rotation, distance, whitening, size, count, row):
+def _project(n0, n1, p, x, y, basis, rotation, image, distance, whitening, point, size, count, rows, line):
     """Derivatives of the residual along (n0, n1) over orientation and coefficients."""
     inverse = 1.0 / p[2]
-    m0 = n0 * whitening[0, 0] + n1 * whitening[1, 0]
-    m1 = n0 * whitening[0, 1] + n1 * whitening[1, 1]
+    m0 = n0 * whitening[point, 0, 0] + n1 * whitening[point, 1, 0]
+    m1 = n0 * whitening[point, 0, 1] + n1 * whitening[point, 1, 1]
     h2 = -(m0 * x + m1 * y) * inverse
     h0, h1 = -distance * m0 * inverse, -distance * m1 * inverse
     u, v, w = -p[0] / distance, -p[1] / distance, p[2]
-    g0 = rotation[0, 0] * h0 + rotation[0, 1] * h1 + rotation[0, 2] * h2
-    g1 = rotation[1, 0] * h0 + rotation[1, 1] * h1 + rotation[1, 2] * h2
-    g2 = rotation[2, 0] * h0 + rotation[2, 1] * h1 + rotation[2, 2] * h2
+    g0 = rotation[image, 0, 0] * h0 + rotation[image, 0, 1] * h1 + rotation[image, 0, 2] * h2
+    g1 = rotation[image, 1, 0] * h0 + rotation[image, 1, 1] * h1 + rotation[image, 1, 2] * h2
+    g2 = rotation[image, 2, 0] * h0 + rotation[image, 2, 1] * h1 + rotation[image, 2, 2] * h2
     if size > 0:
-        row[0], row[1], row[2] = h1 * w - h2 * v, h2 * u - h0 * w, h0 * v - h1 * u
-        row[3], row[4], row[5] = -g0, -g1, -g2
-    for j in range(count):
-        k, n = size + 3 * j, basis[j]
-        row[k], row[k + 1], row[k + 2] = n * g0, n * g1, n * g2
+        rows[line, 0], rows[line, 1], rows[line, 2] = h1 * w - h2 * v, h2 * u - h0 * w, h0 * v - h1 * u
+        rows[line, 3], rows[line, 4], rows[line, 5] = -g0, -g1, -g2
+    k = uintp(size)
+    for j in range(uintp(count)):
+        n = basis[j]
+        rows[line, k], rows[line, k + uintp(1)], rows[line, k + uintp(2)] = n * g0, n * g1, n * g2
+        k += uintp(3)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
-def _add_product(row, width, window):
-    """Window += row row', upper triangle and what completes its vectors."""
-    vectors = window.shape[1] // LANES
-    for i in range(width):
-        a = row[i]
-        for vector in range(i // LANES, vectors):
-            begin = vector * LANES
-            for lane in range(LANES):
-                window[i, begin + lane] += a * row[begin + lane]
+def _add_products(rows, width, window):
+    """Window += sum row row' of four rows, upper triangle and what completes its vectors."""
+    padded = uintp(window.shape[1])
+    for i in range(uintp(width)):
+        a, b, c, d = rows[0, i], rows[1, i], rows[2, i], rows[3, i]
+        for j in range(i // LANES * LANES, padded):
+            window[i, j] += a * rows[0, j] + b * rows[1, j] + c * rows[2, j] + d * rows[3, j]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def chunk_sums(
-    first_window, last_window, starts, image, points, segment, t, polynomials, weights, count, size,
+    first_window, last_window, starts, image, points, first_point, segment, t, polynomials, weights, count, size,
     position, rotation, distance, xy, whitening, held, free_along, unsettled, mask, spans, target, alone,
     values, shared, image_slot, image_side, curve_slot, curve_side, across, along, kept,
 ):  # fmt: skip
@@ -87,42 +95,58 @@ def chunk_sums(
     Parameters
     ----------
     starts : (G + 1,) first point of every window
+    segment, t : (k,) of the points of the chunk, whose first one is `first_point`
     mask : (g, P) or (0, 0)
     spans : (parts, 4) first and last row and column of every part
     target : (parts, g) where the block of a window begins, in `values` or in `shared`
     alone : (parts,) whether it is in `values`
     """
     width = size + 3 * count + 1
-    padded = (width + LANES - 1) // LANES * LANES
-    window, row = np.empty((width, padded)), np.zeros(padded)
+    padded = (width + 7) // 8 * 8
+    window, rows = np.empty((width, padded)), np.zeros((ROWS, padded))
     q, p, found, basis = np.empty((4, 3)), np.empty(3), np.empty(6), np.empty(count)
     for g in range(first_window, last_window):
         i = image[g]
         window[:] = 0.0
-        last = -1
+        last, filled = -1, 0
         for k in range(starts[g], starts[g + 1]):
             n = points[k]
-            s = segment[n]
+            s, at = segment[k - first_point], t[k - first_point]
             if s != last:
-                photo_segment(polynomials[s], position[i], rotation[i], distance[i], q)
+                photo_segment(polynomials, s, position, rotation, i, distance[i], q)
                 last = s
-            if not _directions(q, t[n], whitening[n], xy[n], p, found):
+            if not _directions(q, at, whitening, xy, n, p, found):
                 return False
             x, y, b0, b1 = found[0], found[1], found[2], found[3]
             for j in range(count):
-                basis[j] = weights[s, 0, j] + t[n] * (
-                    weights[s, 1, j] + t[n] * (weights[s, 2, j] + t[n] * weights[s, 3, j])
+                basis[j] = weights[s, 0, j] + at * (
+                    weights[s, 1, j] + at * (weights[s, 2, j] + at * weights[s, 3, j])
                 )
-            _project(-b1, b0, p, x, y, basis, rotation[i], distance[i], whitening[n], size, count, row)
+            _project(
+                -b1, b0, p, x, y, basis, rotation, i, distance[i], whitening, n, size, count, rows, filled
+            )
             across[n], along[n] = found[4], found[5]
-            row[width - 1] = found[4]
-            _add_product(row, width, window)
+            rows[filled, width - 1] = found[4]
+            filled += 1
             stays = free_along[k] and (held[n] or abs(found[5]) > unsettled)
             kept[n] = stays
+            if filled == ROWS:
+                _add_products(rows, width, window)
+                filled = 0
             if stays:
-                _project(b0, b1, p, x, y, basis, rotation[i], distance[i], whitening[n], size, count, row)
-                row[width - 1] = found[5]
-                _add_product(row, width, window)
+                _project(
+                    b0, b1, p, x, y, basis, rotation, i, distance[i], whitening, n, size, count, rows, filled
+                )
+                rows[filled, width - 1] = found[5]
+                filled += 1
+                if filled == ROWS:
+                    _add_products(rows, width, window)
+                    filled = 0
+        if filled > 0:
+            for line in range(filled, ROWS):
+                for j in range(padded):
+                    rows[line, j] = 0.0
+            _add_products(rows, width, window)
         local = g - first_window
         if len(mask):
             _take_out(mask[local], window)

@@ -31,16 +31,18 @@ class ResidualsOnCurves:
 
 @dataclass(frozen=True)
 class Located:
-    """A state with the segments of all measured points."""
+    """A state with the segments of measured points, found when they are asked for."""
 
+    prepared: Prepared
     state: State
     polynomials: FloatArray  # (S, 4, 3) of the object frame
-    segment: IntArray  # (n,)
-    t: FloatArray  # (n,)
 
     @classmethod
     def of(cls, prepared: Prepared, state: State) -> Located:
-        """Segments at the present locations."""
-        curves = prepared.curves
-        segment, t = curves.locate(prepared.network.curve_observations.curve, state.location)
-        return cls(state, curves.segment_polynomials(state.coefficients)[:, :4], segment, t)
+        """At the present locations."""
+        return cls(prepared, state, prepared.curves.segment_polynomials(state.coefficients)[:, :4])
+
+    def segments(self, points: IntArray) -> tuple[IntArray, FloatArray]:
+        """Segments of some measured points and t on them, (k,) each."""
+        curve = self.prepared.network.curve_observations.curve
+        return self.prepared.curves.locate(curve[points], self.state.location[points])

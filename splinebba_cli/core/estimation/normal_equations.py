@@ -313,6 +313,10 @@ class Assembler:
         out.kept[rows.point[len(points) :]] = True
 
     @cached_property
+    def _all_points(self) -> IntArray:
+        return np.arange(len(self.prepared.network.curve_observations))
+
+    @cached_property
     def _removed(self) -> tuple[IntArray, IntArray, IntArray]:
         """Removed unknowns: their nodes, their numbers in these, and the sizes of these."""
         removed = np.flatnonzero(self.mask == 0.0)
@@ -327,12 +331,15 @@ class Assembler:
         self, located: Located, linked: LinkedEquations
     ) -> tuple[CurveNormals, CoefficientNormals, tuple[LinkedWindows, ...]]:
         """What belongs to the pattern; it grows when a location reaches a block that its image has not seen."""
-        block = self._blocks.of_segment[located.segment]
-        if not np.array_equal(block, self._block_of_point):
-            self._normals, self._block_of_point = None, block
+        if self._normals is None or not self._blocks.whole_curves:
+            block = self._blocks.of_segment[located.segments(self._all_points)[0]]
+            if not np.array_equal(block, self._block_of_point):
+                self._normals, self._block_of_point = None, block
         image = self.prepared.network.curve_observations.image
         windows = (
-            CurveWindows.of(image, block, self._blocks) if self._normals is None else self._normals.windows
+            CurveWindows.of(image, self._block_of_point, self._blocks)
+            if self._normals is None
+            else self._normals.windows
         )
         if self._structure is None:
             self._rebuild(windows, located, linked)
@@ -364,10 +371,11 @@ class Assembler:
         raise RuntimeError("a pair of nodes is missing in a pattern that was made for it")
 
     def _rebuild(self, windows: CurveWindows, located: Located, linked: LinkedEquations) -> None:
-        observed, other = self.prepared.network.point_observations, self._block_of_point < 0
+        observed, other = self.prepared.network.point_observations, np.flatnonzero(self._block_of_point < 0)
+        segment = located.segments(other)[0]
         self._structure = pattern_of(
             self.prepared, self.layout, self.coefficient_rows, self._blocks, windows,
-            (self.prepared.network.curve_observations.image[other], located.segment[other]), linked, self.pairs,
+            (self.prepared.network.curve_observations.image[other], segment), linked, self.pairs,
             self.orientation_size, self._structure,
         )  # fmt: skip
         self._symbolic, self._normals, self._coefficients, self._kept_points = None, None, None, None

@@ -41,7 +41,7 @@ class SeenPoints:
         segments = first[:, None] + np.minimum(np.arange(longest), count[:, None] - 1)
         distance = prepared.principal_distance
         table = photo_polynomials(at.polynomials, distance, at.state, image, segments)
-        segment, t = at.segment[number], at.t[number]
+        segment, t = at.segments(number)
         places = places_on_segments(table, window * longest + segment - first[window], t)
         powers = blocks.powers(int(blocks.count[block[0]]))
         a = np.take(powers, segment, axis=2, mode="clip")

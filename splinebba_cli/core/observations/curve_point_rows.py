@@ -56,11 +56,10 @@ class PointDirections:
         along = b[0] * r[0] + b[1] * r[1]
         return cls(across, along, speed, b, xy, inverse)
 
-    def gradients(self, whitening: FloatArray, direction: FloatArray) -> FloatArray:
+    def gradients(self, rays: MeasuredRays, direction: FloatArray) -> FloatArray:
         """d/dp of the residual along a direction (2, n), for p scaled as in the tables, (3, n)."""
         h = np.empty((3, len(self.inverse)))
-        h[:2] = direction[0] * whitening[0]
-        h[:2] += direction[1] * whitening[1]
+        h[:2] = rays.transposed(direction)
         h[2] = -(h[0] * self.xy[0] + h[1] * self.xy[1])
         h *= self.inverse
         return h

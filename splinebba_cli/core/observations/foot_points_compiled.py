@@ -9,7 +9,7 @@ from splinebba_cli.core.observations.photo_segments_compiled import photo_segmen
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
-def _step(q, t, whitening, xy, largest):
+def _step(q, t, whitening, xy, n, largest):
     """Safeguarded step of Newton's method in t, and the speed in sigma per unit of t."""
     p0 = q[0, 0] + t * (q[1, 0] + t * (q[2, 0] + t * q[3, 0]))
     p1 = q[0, 1] + t * (q[1, 1] + t * (q[2, 1] + t * q[3, 1]))
@@ -27,8 +27,8 @@ def _step(q, t, whitening, xy, largest):
     )
     bx = (e0 - x * e2 - 2.0 * sx * d2) * inverse
     by = (e1 - y * e2 - 2.0 * sy * d2) * inverse
-    ex, ey = x - xy[0], y - xy[1]
-    a, b, c, d = whitening[0, 0], whitening[0, 1], whitening[1, 0], whitening[1, 1]
+    ex, ey = x - xy[n, 0], y - xy[n, 1]
+    a, b, c, d = whitening[n, 0, 0], whitening[n, 0, 1], whitening[n, 1, 0], whitening[n, 1, 1]
     r0, r1 = a * ex + b * ey, c * ex + d * ey
     s0, s1 = a * sx + b * sy, c * sx + d * sy
     c0, c1 = a * bx + b * by, c * bx + d * by
@@ -80,9 +80,9 @@ def walk_to_feet(
                 while s > begin and u < left[s]:
                     s -= 1
                 if s != transformed:
-                    photo_segment(polynomials[s], position[i], rotation[i], distance[i], q)
+                    photo_segment(polynomials, s, position, rotation, i, distance[i], q)
                     transformed = s
-                step, speed = _step(q, (u - left[s]) / length[s], whitening[n], xy[n], largest)
+                step, speed = _step(q, (u - left[s]) / length[s], whitening, xy, n, largest)
                 moved = min(max(u + step * length[s], low[n]), high[n])
                 settled = step * step * speed < left_error or moved == u
                 u = moved
