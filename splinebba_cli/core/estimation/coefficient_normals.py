@@ -74,6 +74,10 @@ class CoefficientNormals:
         if len(self.shape):
             j = (jacobian[self.shape] * self.mask[self.shape]).reshape(len(self.shape), -1)
             self.window.add(values, j[:, :, None] * j[:, None, :])
+        self.add_right_side(jacobian, residual, side)
+
+    def add_right_side(self, jacobian: FloatArray, residual: FloatArray, side: FloatArray) -> None:
+        """Add all rows to the right-hand side, in place."""
         if len(self.entry):
             row = self.entry // (jacobian.shape[1] * 3)
             share = jacobian.ravel()[self.entry] * residual[row]

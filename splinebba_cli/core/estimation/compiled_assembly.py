@@ -64,32 +64,62 @@ class CompiledAssembly:
         FloatingPointError
             If a point of a curve lies behind a camera.
         """
-        work, places = self.work, self.work.places[number]
-        chunk, targets = work.windows.chunks[number], self.targets[number]
-        shared = np.zeros(int(targets.begins[-1]))
-        count = int(work.blocks.count[work.windows.block[chunk.windows.start]])
-        curve_side = np.zeros(places.coefficients.unknown.shape)
-        image_side = np.zeros((0, 0)) if places.image is None else np.zeros(places.image.unknown.shape)
-        at, prepared, out = work.at, work.prepared, work.out
-        points = work.windows.points[chunk.points]
-        segment, t = at.segments(points)
+        work, places, targets = self.work, self.work.places[number], self.targets[number]
+        shared, sides = np.zeros(int(targets.begins[-1])), self._empty_sides(number)
         front = self.kernels.chunk_sums(
-            chunk.windows.start, chunk.windows.stop, self._starts, work.windows.image, work.windows.points,
-            chunk.points.start, segment, t, at.polynomials, work.blocks.weights, count, work.orientation_size,
-            at.state.position, at.state.rotation, prepared.principal_distance, prepared.curve_rays.xy,
-            prepared.curve_rays.whitening, work.held, work.free_along, UNSETTLED,
-            NO_MASK if places.mask is None else places.mask, targets.spans, targets.target, targets.alone,
-            work.values, shared, targets.slots[0], image_side, targets.slots[1], curve_side,
-            out.across, out.along, out.kept,
+            *self._measured(number), targets.spans, targets.target, targets.alone, work.values, shared,
+            targets.slots[0], sides[0], targets.slots[1], sides[1],
+            work.out.across, work.out.along, work.out.kept,
         )  # fmt: skip
-        if not front:
-            raise FloatingPointError("a curve point lies behind a camera")
+        _require_front(front)
         parts = [
             (part, shared[begin:end].reshape(-1, part.entries))
             for part, begin, end in zip(places.parts, targets.begins[:-1], targets.begins[1:], strict=True)
             if part.grouping is not None
         ]
-        sides: list[tuple[IntArray, FloatArray]] = [(places.coefficients.unknown, curve_side)]
-        if places.image is not None:
-            sides.append((places.image.unknown, image_side))
-        return ChunkSums(parts, sides)
+        return ChunkSums(parts, self._sides(number, *sides))
+
+    def right_sides(self, number: int) -> ChunkSums:
+        """The right-hand sides of one chunk alone.
+
+        Raises
+        ------
+        FloatingPointError
+            If a point of a curve lies behind a camera.
+        """
+        targets, sides, out = self.targets[number], self._empty_sides(number), self.work.out
+        front = self.kernels.chunk_sides(
+            *self._measured(number), targets.slots[0], sides[0], targets.slots[1], sides[1],
+            out.across, out.along, out.kept,
+        )  # fmt: skip
+        _require_front(front)
+        return ChunkSums([], self._sides(number, *sides))
+
+    def _measured(self, number: int) -> tuple[Any, ...]:
+        """What is measured in a chunk and where, as both kernels want it."""
+        work, at, prepared = self.work, self.work.at, self.work.prepared
+        chunk, mask = work.windows.chunks[number], work.places[number].mask
+        segment, t = at.segments(work.windows.points[chunk.points])
+        count = int(work.blocks.count[work.windows.block[chunk.windows.start]])
+        return (
+            chunk.windows.start, chunk.windows.stop, self._starts, work.windows.image, work.windows.points,
+            chunk.points.start, segment, t, at.polynomials, work.blocks.weights, count, work.orientation_size,
+            at.state.position, at.state.rotation, prepared.principal_distance, prepared.curve_rays.xy,
+            prepared.curve_rays.whitening, work.held, work.free_along, UNSETTLED, NO_MASK if mask is None else mask,
+        )  # fmt: skip
+
+    def _empty_sides(self, number: int) -> tuple[FloatArray, FloatArray]:
+        places = self.work.places[number]
+        image = np.zeros((0, 0)) if places.image is None else np.zeros(places.image.unknown.shape)
+        return image, np.zeros(places.coefficients.unknown.shape)
+
+    def _sides(self, number: int, image: FloatArray, curve: FloatArray) -> list[tuple[IntArray, FloatArray]]:
+        """Unknowns and their right-hand sides."""
+        places = self.work.places[number]
+        sides = [(places.coefficients.unknown, curve)]
+        return sides if places.image is None else [*sides, (places.image.unknown, image)]
+
+
+def _require_front(front: bool) -> None:
+    if not front:
+        raise FloatingPointError("a curve point lies behind a camera")

@@ -56,7 +56,7 @@ class ChunkAssembly:
 
     def sums(self, number: int) -> ChunkSums:
         """Sums of one chunk; parts of the matrix that belong to one window alone are added at once."""
-        places, size = self.places[number], self.orientation_size
+        places = self.places[number]
         matrices = self._window_matrices(self.windows.chunks[number])
         if places.mask is not None:
             mask = np.concatenate([places.mask, np.ones((len(matrices), 1))], axis=1)
@@ -69,11 +69,28 @@ class ChunkAssembly:
                 part.add(sums, self.values)
             else:
                 shared.append((part, sums))
-        right, of_curve = -matrices[:, :-1, -1], places.coefficients
+        return ChunkSums(shared, self._sides(places, -matrices[:, :-1, -1]))
+
+    def right_sides(self, number: int) -> ChunkSums:
+        """The right-hand sides of one chunk alone."""
+        chunk, places = self.windows.chunks[number], self.places[number]
+        rows, kept, along = self._rows(chunk)
+        window = self.windows.window[chunk.points] - chunk.windows.start
+        starts = np.flatnonzero(np.append(True, window[1:] != window[:-1]))
+        right = np.add.reduceat(rows[:-1] * -rows[-1], starts, axis=1).T
+        if len(kept):
+            np.subtract.at(right, window[kept], (along[:-1] * along[-1]).T)
+        if places.mask is not None:
+            right *= places.mask
+        return ChunkSums([], self._sides(places, right))
+
+    def _sides(self, places: WindowPlaces, right: FloatArray) -> list[tuple[IntArray, FloatArray]]:
+        """Sums of right-hand sides (g, P) of windows by their unknowns."""
+        size, of_curve = self.orientation_size, places.coefficients
         sides = [(of_curve.unknown, of_curve.grouping.sums(right[:, size:]))]
         if places.image is not None:
             sides.append((places.image.unknown, places.image.grouping.sums(right[:, :size])))
-        return ChunkSums(shared, sides)
+        return sides
 
     def _window_matrices(self, chunk: Chunk) -> FloatArray:
         """[B r]'[B r] of every window of a chunk, (g, P + 1, P + 1)."""

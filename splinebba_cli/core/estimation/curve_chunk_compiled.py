@@ -159,6 +159,54 @@ def chunk_sums(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def chunk_sides(
+    first_window, last_window, starts, image, points, first_point, segment, t, polynomials, weights, count, size,
+    position, rotation, distance, xy, whitening, held, free_along, unsettled, mask, image_slot, image_side,
+    curve_slot, curve_side, across, along, kept,
+):  # fmt: skip
+    """Right-hand sides of the windows of a chunk alone; parameters as of :func:`chunk_sums`."""
+    width = size + 3 * count
+    rows, sums = np.empty((1, width)), np.empty(width)
+    q, p, found, basis = np.empty((4, 3)), np.empty(3), np.empty(6), np.empty(count)
+    for g in range(first_window, last_window):
+        i = image[g]
+        sums[:] = 0.0
+        last = -1
+        for k in range(starts[g], starts[g + 1]):
+            n = points[k]
+            s, at = segment[k - first_point], t[k - first_point]
+            if s != last:
+                photo_segment(polynomials, s, position, rotation, i, distance[i], q)
+                last = s
+            if not _directions(q, at, whitening, xy, n, p, found):
+                return False
+            x, y, b0, b1 = found[0], found[1], found[2], found[3]
+            for j in range(count):
+                basis[j] = weights[s, 0, j] + at * (
+                    weights[s, 1, j] + at * (weights[s, 2, j] + at * weights[s, 3, j])
+                )
+            _project(-b1, b0, p, x, y, basis, rotation, i, distance[i], whitening, n, size, count, rows, 0)
+            for a in range(width):
+                sums[a] += found[4] * rows[0, a]
+            across[n], along[n] = found[4], found[5]
+            stays = free_along[k] and (held[n] or abs(found[5]) > unsettled)
+            kept[n] = stays
+            if stays:
+                _project(b0, b1, p, x, y, basis, rotation, i, distance[i], whitening, n, size, count, rows, 0)
+                for a in range(width):
+                    sums[a] += found[5] * rows[0, a]
+        local = g - first_window
+        if len(mask):
+            for a in range(width):
+                sums[a] *= mask[local, a]
+        for a in range(size):
+            image_side[image_slot[local], a] -= sums[a]
+        for a in range(3 * count):
+            curve_side[curve_slot[local], a] -= sums[size + a]
+    return True
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _take_out(mask, window):
     """Rows and columns of removed unknowns times 0."""
     width = len(mask)

@@ -8,6 +8,7 @@ pass over contiguous memory and the windows of a run are one stacked product.  W
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -16,7 +17,7 @@ import numpy as np
 from splinebba_cli.core.estimation.block_matrix import BlockStructure
 from splinebba_cli.core.estimation.compiled_assembly import CompiledAssembly, KernelTargets
 from splinebba_cli.core.estimation.curve_blocks import CurveBlocks
-from splinebba_cli.core.estimation.curve_chunk import ChunkAssembly
+from splinebba_cli.core.estimation.curve_chunk import ChunkAssembly, ChunkSums
 from splinebba_cli.core.estimation.curve_windows import CurveWindows
 from splinebba_cli.core.estimation.located_points import Located, ResidualsOnCurves
 from splinebba_cli.core.estimation.parameters import ParameterLayout
@@ -88,18 +89,40 @@ class CurveNormals:
         FloatingPointError
             If a point of a curve lies behind a camera.
         """
+        work = self._work(prepared, at, held, values, out)
+        self._add(work.sums, values, side)
+
+    def add_right_side(
+        self, prepared: Prepared, at: Located, held: BoolArray, side: FloatArray, out: ResidualsOnCurves
+    ) -> None:
+        """Add the right-hand side of all points alone, in place, and note their residuals.
+
+        Raises
+        ------
+        FloatingPointError
+            If a point of a curve lies behind a camera.
+        """
+        none = np.zeros(0)
+        self._add(self._work(prepared, at, held, none, out).right_sides, none, side)
+
+    def _add(self, work: Callable[[int], ChunkSums], values: FloatArray, side: FloatArray) -> None:
+        chunks = list(range(len(self.places)))
+        for begin in range(0, len(chunks), WAVE):
+            for sums in in_threads(work, chunks[begin : begin + WAVE]):
+                sums.add_to(values, side)
+
+    def _work(
+        self, prepared: Prepared, at: Located, held: BoolArray, values: FloatArray, out: ResidualsOnCurves
+    ) -> ChunkAssembly | CompiledAssembly:
+        """Plain or compiled."""
         for count in np.unique(self.blocks.count).tolist():
             self.blocks.powers(count)
         work = ChunkAssembly(
             self.blocks, self.windows, self.places, self.rays, self.free_along, self.orientation_size, prepared, at,
             held, values, out,
         )  # fmt: skip
-        chunks = list(range(len(self.places)))
         kernels = compiled_kernels(KERNELS, worthwhile=len(self.windows.points) >= WORTHWHILE)
-        sums_of = work.sums if kernels is None else CompiledAssembly(kernels, work, self._kernel_targets).sums
-        for begin in range(0, len(chunks), WAVE):
-            for sums in in_threads(sums_of, chunks[begin : begin + WAVE]):
-                sums.add_to(values, side)
+        return work if kernels is None else CompiledAssembly(kernels, work, self._kernel_targets)
 
 
 def _rays_in_order(prepared: Prepared, windows: CurveWindows) -> MeasuredRays:

@@ -19,6 +19,13 @@ from splinebba_cli.core.estimation.curve_folding import folded_segments
 from splinebba_cli.core.estimation.damping import Damping, curve_costs
 from splinebba_cli.core.estimation.elimination import EliminatedPoints
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
+from splinebba_cli.core.estimation.simplified_steps import (
+    LONGEST,
+    MOST,
+    applicable,
+    lengths_left,
+    simplified_step,
+)
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.core.observations.location_search import search_locations
 from splinebba_cli.core.observations.locations import held_locations, refine_locations
@@ -109,7 +116,7 @@ def _iterated(run: _Run, state: State, max_iterations: int) -> Solution:
             reason = "normal matrix is singular"
             return Solution(at, None, None, False, reason, tuple(run.log))
         if not run.settled(step, at):
-            at = run.advanced(at, step)
+            at = run.advanced(at, run.simplified(step, at))
         elif not run.plain:
             run.make_plain()
         else:
@@ -170,12 +177,13 @@ class _Run:
         """The next step; None where the normal matrix is singular."""
         step = _damped_step(self.assembler, at, self.damping, self.stiff)
         if step is not None:
-            self.log.append(
-                Iteration(self.stage, len(self.log) + 1, at.cost, step.length, self.damping.everywhere)
-            )
-            if self.observer:
-                self.observer(self.log[-1])
+            self._record(at.cost, step.length)
         return step
+
+    def _record(self, cost: float, length: float) -> None:
+        self.log.append(Iteration(self.stage, len(self.log) + 1, cost, length, self.damping.everywhere))
+        if self.observer:
+            self.observer(self.log[-1])
 
     def settled(self, step: _Step, at: Linearization) -> bool:
         """Whether a step is negligible, or small while neither it nor the cost shrinks any more."""
@@ -197,6 +205,24 @@ class _Run:
             self.stiff = False
         else:
             self.damping, self.last_length = Damping.starting(self.assembler, 0.0), np.inf
+
+    def simplified(self, step: _Step, at: Linearization) -> _Step:
+        """The step and, near the solution, more of them with the same factor while they contract."""
+        if not (self.plain and step.length <= LONGEST and applicable(self.assembler)):
+            return step
+        state, last = step.state, step.length
+        for _ in range(MOST):
+            state = refine_locations(self.assembler.prepared, state, TRIAL_STEPS)
+            more = simplified_step(self.assembler, step.factor, state)
+            if more is None or not more.length <= CONTRACTING * last:
+                break
+            self._record(more.cost, more.length)
+            state = apply_step(self.assembler, state, more.reduced, np.zeros_like(state.xyz))
+            left, last = lengths_left(more.length, last), more.length
+            if left <= NEGLIGIBLE * min(1.0, self.assembler.deviation(at)):
+                break
+        self.last_length = last
+        return replace(step, state=state)
 
     def advanced(self, at: Linearization, step: _Step) -> Linearization:
         """The equations after an accepted step, or the same with more damping after a rejected one."""

@@ -36,7 +36,7 @@ from splinebba_cli.core.estimation.segment_windows import (
     masked_jacobian,
 )
 from splinebba_cli.core.estimation.window_map import Slot, WindowMap, pair_map
-from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.core.observations.coefficient_rows import CoefficientRows
 from splinebba_cli.core.observations.curve_points import CurveRows, linearize_curve_points
 from splinebba_cli.core.observations.distances import DistanceRows, linearize_distances
@@ -190,6 +190,27 @@ class Assembler:
             coefficient_jacobian, cost, values, side, self.structure, prepared, self.layout, self.orientation_size,
         )  # fmt: skip
 
+    @property
+    def coefficients(self) -> CoefficientNormals:
+        """Equations over coefficients alone, in the present pattern."""
+        if self._coefficients is None:
+            raise RuntimeError("linearize first")
+        return self._coefficients
+
+    def add_curve_side(
+        self, located: Located, held: BoolArray, side: FloatArray, out: ResidualsOnCurves
+    ) -> None:
+        """Add measured points on curves of powers to a right-hand side alone, in place; the pattern stays.
+
+        Raises
+        ------
+        FloatingPointError
+            If a curve point lies behind a camera.
+        """
+        if self._normals is None or self._blocks_change(located):
+            raise FloatingPointError("a location has left its block")
+        self._normals.add_right_side(self.prepared, located, held, side, out)
+
     def deviation(self, at: Linearization) -> float:
         """Standard deviation of unit weight as far as it is known without redundancy numbers: sqrt(v'Pv / n)."""
         network = self.prepared.network
@@ -312,6 +333,13 @@ class Assembler:
         out.across[points], out.along[points] = rows.residual[: len(points)], rows.along
         out.kept[rows.point[len(points) :]] = True
 
+    def _blocks_change(self, located: Located) -> bool:
+        """Whether any location has moved to another block."""
+        if self._blocks.whole_curves:
+            return False
+        block = self._blocks.of_segment[located.segments(self._all_points)[0]]
+        return not np.array_equal(block, self._block_of_point)
+
     @cached_property
     def _all_points(self) -> IntArray:
         return np.arange(len(self.prepared.network.curve_observations))
@@ -331,10 +359,9 @@ class Assembler:
         self, located: Located, linked: LinkedEquations
     ) -> tuple[CurveNormals, CoefficientNormals, tuple[LinkedWindows, ...]]:
         """What belongs to the pattern; it grows when a location reaches a block that its image has not seen."""
-        if self._normals is None or not self._blocks.whole_curves:
+        if self._normals is None or self._blocks_change(located):
             block = self._blocks.of_segment[located.segments(self._all_points)[0]]
-            if not np.array_equal(block, self._block_of_point):
-                self._normals, self._block_of_point = None, block
+            self._normals, self._block_of_point = None, block
         image = self.prepared.network.curve_observations.image
         windows = (
             CurveWindows.of(image, self._block_of_point, self._blocks)
