@@ -9,7 +9,7 @@ import numpy as np
 
 from splinebba_cli.core.network import CurveObservations, IntArray
 
-CHUNK_POINTS = 32_768  # of tracks that are worked on together: what stays in the cache
+CHUNK_POINTS = 32_768  # that are worked on together: long enough for threads not to wait for each other
 
 
 @dataclass(frozen=True)
@@ -43,8 +43,15 @@ class Tracks:
         return np.repeat(np.arange(len(self)), np.diff(self.starts))
 
     def chunks(self) -> list[slice]:
-        """Slices of tracks with so many points together that they stay in the cache."""
-        return chunks_of(self.starts, CHUNK_POINTS)
+        """Slices of tracks that are worked on together."""
+        return chunks_of(self.starts, chunk_size(len(self.points), CHUNK_POINTS))
+
+
+def chunk_size(count: int, largest: int) -> int:
+    """Points in a chunk of `count` points: an even number of chunks of equal size, but one where it is small."""
+    if count <= largest:
+        return max(count, 1)
+    return -(-count // (2 * -(-count // (2 * largest))))
 
 
 def chunks_of(starts: IntArray, size: int) -> list[slice]:

@@ -16,8 +16,8 @@ from splinebba_cli.core.estimation.window_map import Slot, WindowMap
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.observations.coefficient_rows import GAUGE, SHAPE, CoefficientRows
 
-PART = 20_000
-"""Rows whose products are held at once."""
+PART = 4_000_000
+"""Entries of products that are held at once."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,10 @@ class CoefficientNormals:
         shape = np.flatnonzero(rows.component == SHAPE)
         constant = np.zeros(structure.n_entries)
         for kind in (np.flatnonzero(rows.component == GAUGE), np.flatnonzero(rows.component < GAUGE)):
-            for begin in range(0, len(kind), PART):
-                part = kind[begin : begin + PART]
+            wide = 1 if len(kind) and rows.component[kind[0]] < GAUGE else 3
+            size = PART // (wide * rows.columns.shape[1]) ** 2
+            for begin in range(0, len(kind), size):
+                part = kind[begin : begin + size]
                 j = rows.jacobian[part] * mask[part]
                 slots = coefficient_slots(layout, rows.columns[part])
                 if rows.component[part[0]] < GAUGE:  # of one coordinate only

@@ -56,6 +56,11 @@ class CompiledAssembly:
     def _starts(self) -> IntArray:
         return np.searchsorted(self.work.windows.window, np.arange(len(self.work.windows) + 1))
 
+    @cached_property
+    def _curve(self) -> IntArray:
+        observed = self.work.prepared.network.curve_observations
+        return observed.curve[self.work.windows.points[self._starts[:-1]]]
+
     def sums(self, number: int) -> ChunkSums:
         """Sums of one chunk; parts of the matrix that belong to one window alone are added at once.
 
@@ -99,11 +104,13 @@ class CompiledAssembly:
         """What is measured in a chunk and where, as both kernels want it."""
         work, at, prepared = self.work, self.work.at, self.work.prepared
         chunk, mask = work.windows.chunks[number], work.places[number].mask
-        segment, t = at.segments(work.windows.points[chunk.points])
+        curves = prepared.curves
         count = int(work.blocks.count[work.windows.block[chunk.windows.start]])
         return (
-            chunk.windows.start, chunk.windows.stop, self._starts, work.windows.image, work.windows.points,
-            chunk.points.start, segment, t, at.polynomials, work.blocks.weights, count, work.orientation_size,
+            chunk.windows.start, chunk.windows.stop, self._starts, work.windows.image, self._curve,
+            work.windows.points, at.state.location, at.polynomials, curves.left, curves.length,
+            curves.segment_start, curves.first, curves.last, curves.closed, work.blocks.weights, count,
+            work.orientation_size,
             at.state.position, at.state.rotation, prepared.principal_distance, prepared.curve_rays.xy,
             prepared.curve_rays.whitening, work.held, work.free_along, UNSETTLED, NO_MASK if mask is None else mask,
         )  # fmt: skip

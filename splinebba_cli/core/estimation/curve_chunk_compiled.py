@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, uintp
 
-from splinebba_cli.core.observations.photo_segments_compiled import photo_segment
+from splinebba_cli.core.observations.photo_segments_compiled import photo_segment, segment_of, wrapped
 
 LANES = uintp(8)
 """Numbers of the widest vector register; unsigned, as are indices of inner loops, which then cannot be negative."""
@@ -86,7 +86,8 @@ def _add_products(rows, width, window):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def chunk_sums(
-    first_window, last_window, starts, image, points, first_point, segment, t, polynomials, weights, count, size,
+    first_window, last_window, starts, image, curve, points, location, polynomials, left, length, segment_start,
+    first, last, closed, weights, count, size,
     position, rotation, distance, xy, whitening, held, free_along, unsettled, mask, spans, target, alone,
     values, shared, image_slot, image_side, curve_slot, curve_side, across, along, kept,
 ):  # fmt: skip
@@ -95,7 +96,7 @@ def chunk_sums(
     Parameters
     ----------
     starts : (G + 1,) first point of every window
-    segment, t : (k,) of the points of the chunk, whose first one is `first_point`
+    curve : (G,) of every window
     mask : (g, P) or (0, 0)
     spans : (parts, 4) first and last row and column of every part
     target : (parts, g) where the block of a window begins, in `values` or in `shared`
@@ -106,15 +107,20 @@ def chunk_sums(
     window, rows = np.empty((width, padded)), np.zeros((ROWS, padded))
     q, p, found, basis = np.empty((4, 3)), np.empty(3), np.empty(6), np.empty(count)
     for g in range(first_window, last_window):
-        i = image[g]
+        i, c = image[g], curve[g]
+        begin, end = segment_start[c], segment_start[c + 1] - 1
         window[:] = 0.0
-        last, filled = -1, 0
+        present, filled = -1, 0
         for k in range(starts[g], starts[g + 1]):
             n = points[k]
-            s, at = segment[k - first_point], t[k - first_point]
-            if s != last:
+            u = wrapped(location[n], first[c], last[c]) if closed[c] else location[n]
+            s = present if present >= 0 and left[present] <= u < left[present] + length[present] else -1
+            if s < 0:
+                s = segment_of(u, left, begin, end)
+            at = (u - left[s]) / length[s]
+            if s != present:
                 photo_segment(polynomials, s, position, rotation, i, distance[i], q)
-                last = s
+                present = s
             if not _directions(q, at, whitening, xy, n, p, found):
                 return False
             x, y, b0, b1 = found[0], found[1], found[2], found[3]
@@ -160,7 +166,8 @@ def chunk_sums(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def chunk_sides(
-    first_window, last_window, starts, image, points, first_point, segment, t, polynomials, weights, count, size,
+    first_window, last_window, starts, image, curve, points, location, polynomials, left, length, segment_start,
+    first, last, closed, weights, count, size,
     position, rotation, distance, xy, whitening, held, free_along, unsettled, mask, image_slot, image_side,
     curve_slot, curve_side, across, along, kept,
 ):  # fmt: skip
@@ -169,15 +176,20 @@ def chunk_sides(
     rows, sums = np.empty((1, width)), np.empty(width)
     q, p, found, basis = np.empty((4, 3)), np.empty(3), np.empty(6), np.empty(count)
     for g in range(first_window, last_window):
-        i = image[g]
+        i, c = image[g], curve[g]
+        begin, end = segment_start[c], segment_start[c + 1] - 1
         sums[:] = 0.0
-        last = -1
+        present = -1
         for k in range(starts[g], starts[g + 1]):
             n = points[k]
-            s, at = segment[k - first_point], t[k - first_point]
-            if s != last:
+            u = wrapped(location[n], first[c], last[c]) if closed[c] else location[n]
+            s = present if present >= 0 and left[present] <= u < left[present] + length[present] else -1
+            if s < 0:
+                s = segment_of(u, left, begin, end)
+            at = (u - left[s]) / length[s]
+            if s != present:
                 photo_segment(polynomials, s, position, rotation, i, distance[i], q)
-                last = s
+                present = s
             if not _directions(q, at, whitening, xy, n, p, found):
                 return False
             x, y, b0, b1 = found[0], found[1], found[2], found[3]

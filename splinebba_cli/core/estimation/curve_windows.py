@@ -16,6 +16,7 @@ import numpy as np
 
 from splinebba_cli.core.estimation.curve_blocks import CurveBlocks
 from splinebba_cli.core.network import IntArray
+from splinebba_cli.core.tracks import chunk_size
 
 CHUNK_POINTS = 32_768
 
@@ -91,7 +92,8 @@ def _chunk_of_windows(kind: IntArray, block: IntArray, counts: IntArray) -> IntA
     new_block = np.flatnonzero(np.append(True, block[1:] != block[:-1]) | new_kind)
     before = np.cumsum(counts) - counts
     begin = before[np.flatnonzero(new_kind)][np.cumsum(new_kind) - 1]
-    part = ((before - begin) // CHUNK_POINTS)[new_block]  # of the block's first window
+    size = chunk_size(int(counts.sum()), CHUNK_POINTS)
+    part = ((before - begin) // size)[new_block]  # of the block's first window
     new_chunk = np.zeros(len(block), dtype=bool)
     new_chunk[new_block] = np.append(True, part[1:] != part[:-1]) | new_kind[new_block]
     return np.asarray(np.cumsum(new_chunk) - 1)

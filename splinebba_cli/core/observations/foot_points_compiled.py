@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from splinebba_cli.core.observations.photo_segments_compiled import photo_segment
+from splinebba_cli.core.observations.photo_segments_compiled import photo_segment, segment_of, wrapped
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
@@ -42,18 +42,6 @@ def _step(q, t, whitening, xy, n, largest):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _segment_of(u, left, begin, end):
-    """The last of the segments begin .. end that starts at or before u, else the first."""
-    while begin < end:
-        middle = (begin + end + 1) // 2
-        if u >= left[middle]:
-            begin = middle
-        else:
-            end = middle - 1
-    return begin
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
 def walk_to_feet(
     first_track, last_track, starts, track_image, track_curve, points, free, steps, largest, left_error,
     location, low, high, polynomials, left, length, segment_start, first, last, closed,
@@ -70,11 +58,10 @@ def walk_to_feet(
             if not free[n]:
                 continue
             u = location[n]
-            s = _segment_of(u, left, begin, end)
+            s = segment_of(u, left, begin, end)
             for _ in range(steps):
-                if closed[curve] and not (first[curve] <= u < last[curve]):
-                    period = last[curve] - first[curve]
-                    u = first[curve] + (u - first[curve]) % period
+                if closed[curve]:
+                    u = wrapped(u, first[curve], last[curve])
                 while s < end and u >= left[s] + length[s]:
                     s += 1
                 while s > begin and u < left[s]:

@@ -38,8 +38,9 @@ def search_locations(prepared: Prepared, state: State) -> State:
         doubtful = np.ones(len(observed), dtype=bool)
     if not doubtful.any():
         return before
-    location = before.location.copy()
     points = np.flatnonzero(doubtful)
+    before = _not_worse(prepared, state, before, points[known[points]])
+    location = before.location.copy()
     location[points] = _nearest_samples(prepared, state, points)
     found = refine_locations(prepared, replace(state, location=location), only=doubtful)
     if not known.any():
@@ -50,6 +51,14 @@ def search_locations(prepared: Prepared, state: State) -> State:
         before = settle_linked(prepared, before, *location_bounds(prepared))
         better = np.where(prepared.chains.linked, in_better_chains(prepared, found, before) | ~known, better)
     return replace(state, location=np.where(better, found.location, before.location))
+
+
+def _not_worse(prepared: Prepared, given: State, refined: State, points: IntArray) -> State:
+    """The refined locations, but where those of some points were better as given."""
+    worse = points[_squares(prepared, given, points) < _squares(prepared, refined, points)]
+    location = refined.location.copy()
+    location[worse] = given.location[worse]
+    return replace(refined, location=location)
 
 
 def squared_distance(prepared: Prepared, state: State) -> FloatArray:

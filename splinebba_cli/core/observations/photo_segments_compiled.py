@@ -19,3 +19,23 @@ def photo_segment(polynomials, segment, position, rotation, image, distance, out
             rotation[image, 0, 1] * x + rotation[image, 1, 1] * y + rotation[image, 2, 1] * z
         )
         out[k, 2] = rotation[image, 0, 2] * x + rotation[image, 1, 2] * y + rotation[image, 2, 2] * z
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def segment_of(u, left, begin, end):
+    """The last of the segments begin .. end that starts at or before u, else the first."""
+    while begin < end:
+        middle = (begin + end + 1) // 2
+        if u >= left[middle]:
+            begin = middle
+        else:
+            end = middle - 1
+    return begin
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def wrapped(u, first, last):
+    """A location of a closed curve brought into its domain."""
+    if first <= u < last:
+        return u
+    return first + (u - first) % (last - first)
