@@ -130,10 +130,9 @@ def _walk_to_feet(
             segment, t, column = segment[inside], t[inside], column[inside]
         if not len(own):
             return
-        step, speed = newton_steps(places_on_segments(seen.table, column, t), rays)
+        step, error = newton_steps(places_on_segments(seen.table, column, t), rays)
         length, location = curves.length[segment], walk.location[own]
         moved = np.minimum(np.maximum(location + step * length, low), high)
-        error = step * step * speed
         settled = (error < LEFT_ERROR) | (moved == location)
         t += (moved - location) / length
         walk.location[own], walk.t[own] = moved, t
@@ -149,7 +148,10 @@ def _walk_to_feet(
 
 
 def newton_steps(places: CurvePlaces, rays: MeasuredRays) -> tuple[FloatArray, FloatArray]:
-    """Safeguarded steps in t, 0 where they are not finite, and the speed in sigma per unit of t, (k,) each."""
+    """Safeguarded steps in t, 0 where they are not finite, and the error in sigma that they leave, (k,) each.
+
+    The square of a step of Newton's method, times the speed; a step that is none leaves about its own length.
+    """
     with np.errstate(all="ignore"):
         inverse = 1.0 / places.value[2]
         xy = places.value[:2] * inverse
@@ -163,7 +165,8 @@ def newton_steps(places: CurvePlaces, rays: MeasuredRays) -> tuple[FloatArray, F
         gradient = r[0] * r1[0] + r[1] * r1[1]
         square = r1[0] * r1[0] + r1[1] * r1[1]
         hessian = square + r[0] * r2[0] + r[1] * r2[1]
-        curvature = np.where(hessian > 0.2 * square, hessian, square)
-        step = gradient / -curvature
+        newton = hessian > 0.2 * square
+        step = gradient / -np.where(newton, hessian, square)
         step[~np.isfinite(step)] = 0.0
-    return np.clip(step, -LARGEST_STEP, LARGEST_STEP), np.sqrt(square)
+    left = np.sqrt(square) * np.where(newton, step * step, np.abs(step))
+    return np.clip(step, -LARGEST_STEP, LARGEST_STEP), left

@@ -10,7 +10,7 @@ from splinebba_cli.core.observations.photo_segments_compiled import photo_segmen
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 def _step(q, t, whitening, xy, n, largest):
-    """Safeguarded step of Newton's method in t, and the speed in sigma per unit of t."""
+    """Safeguarded step of Newton's method in t, and the error in sigma that it leaves."""
     p0 = q[0, 0] + t * (q[1, 0] + t * (q[2, 0] + t * q[3, 0]))
     p1 = q[0, 1] + t * (q[1, 1] + t * (q[2, 1] + t * q[3, 1]))
     p2 = q[0, 2] + t * (q[1, 2] + t * (q[2, 2] + t * q[3, 2]))
@@ -34,11 +34,12 @@ def _step(q, t, whitening, xy, n, largest):
     c0, c1 = a * bx + b * by, c * bx + d * by
     square = s0 * s0 + s1 * s1
     hessian = square + r0 * c0 + r1 * c1
-    curvature = hessian if hessian > 0.2 * square else square
-    step = -(r0 * s0 + r1 * s1) / curvature
+    newton = hessian > 0.2 * square
+    step = -(r0 * s0 + r1 * s1) / (hessian if newton else square)
     if not np.isfinite(step):
         step = 0.0
-    return min(max(step, -largest), largest), np.sqrt(square)
+    left = np.sqrt(square) * (step * step if newton else abs(step))
+    return min(max(step, -largest), largest), left
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -69,9 +70,9 @@ def walk_to_feet(
                 if s != transformed:
                     photo_segment(polynomials, s, position, rotation, i, distance[i], q)
                     transformed = s
-                step, speed = _step(q, (u - left[s]) / length[s], whitening, xy, n, largest)
+                step, error = _step(q, (u - left[s]) / length[s], whitening, xy, n, largest)
                 moved = min(max(u + step * length[s], low[n]), high[n])
-                settled = step * step * speed < left_error or moved == u
+                settled = error < left_error or moved == u
                 u = moved
                 if settled:
                     break

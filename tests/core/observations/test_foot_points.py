@@ -150,7 +150,9 @@ def test_a_search_never_makes_it_worse() -> None:
     prepared, state = scattered(1.0)
     better = replace(state, location=refine_locations(prepared, state).location)
     again = search_locations(prepared, better)
-    assert (squared_distance(prepared, again) <= squared_distance(prepared, better) * (1.0 + 1e-12)).all()
+    before, after = squared_distance(prepared, better), squared_distance(prepared, again)
+    # coordinates of some thousand metres: 1e-12 m of rounding are 1e-10 sigma in the photo
+    assert (after <= before + 2e-10 * np.sqrt(before)).all()
 
 
 def bound(segment: int) -> tuple[Network, Prepared, State]:

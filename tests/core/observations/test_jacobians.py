@@ -34,6 +34,8 @@ NO_OBSERVATIONS = {
     "location_search",
     "nearby_segments",
     "nearest_branch",
+    "foot_points_compiled",
+    "photo_segments_compiled",
     "along_curve",
     "chain_elimination",
     "curve_kinematics",
