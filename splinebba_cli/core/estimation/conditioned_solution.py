@@ -11,12 +11,15 @@ from splinebba_cli.core.estimation.gauge import jointly_needed, needed_condition
 from splinebba_cli.core.estimation.gauss_markov import Observer, Solution, solve
 from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.estimation.parameters import ParameterLayout
+from splinebba_cli.core.estimation.stretches import Stretches
 from splinebba_cli.core.estimation.window_map import WindowMap
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.core.observations.coefficient_rows import CoefficientRows, concatenate_rows
 from splinebba_cli.core.state import Prepared, State
 
 ROUNDS = 8
+RETURNS = 4  # times that conditions may come back to let a solution settle
+UNSETTLED = 0.1  # of the estimated variance: recent changes of the squares of a stretch that keep it from settling
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,16 @@ def joint_cofactors(rows: CoefficientRows, best: ConditionedSolution) -> FloatAr
     return np.asarray(matrix @ factor.solve(np.ascontiguousarray(matrix.T)))
 
 
+def unsettled_conditions(gauge: CoefficientRows, failed: ConditionedSolution) -> BoolArray:
+    """Conditions of the stretches that kept a solution without them from settling, (q,)."""
+    solution, assembler = failed.solution, failed.assembler
+    if not len(solution.unrest):
+        return np.zeros(len(gauge), dtype=bool)
+    worth = UNSETTLED * assembler.deviation(solution.linearization) ** 2
+    of_rows = Stretches.of(assembler.layout, assembler.prepared.curves).of_columns(gauge.columns)
+    return np.asarray(solution.unrest[of_rows] > worth)
+
+
 def solve_with_conditions(
     prepared: Prepared, layout: ParameterLayout, control: CoefficientRows, gauge: CoefficientRows, state: State,
     *, max_iterations: int, stage: str, damping: float, observer: Observer | None, select: bool = True,
@@ -74,33 +87,35 @@ def solve_with_conditions(
     gauge : tangential conditions of all anchors
     select : False keeps all conditions
     """
+
+    def with_conditions(active: BoolArray, begin: State, damping: float) -> ConditionedSolution:
+        chosen = np.flatnonzero(active)
+        rows = concatenate_rows([control, gauge.select(chosen)], prepared.curves.support)
+        assembler = Assembler(prepared, layout, rows)
+        solution = solve(
+            assembler, begin, max_iterations=max_iterations, stage=stage, damping=damping, observer=observer
+        )
+        return ConditionedSolution(assembler, solution, chosen)
+
     active = np.ones(len(gauge), dtype=bool)
-    assembler = Assembler(prepared, layout, concatenate_rows([control, gauge], prepared.curves.support))
-    solution = solve(
-        assembler, state, max_iterations=max_iterations, stage=stage, damping=damping, observer=observer
-    )
-    best = ConditionedSolution(assembler, solution, np.flatnonzero(active))
+    best = with_conditions(active, state, damping)
     if not select or not len(gauge):
         return best
+    settling = np.zeros(len(gauge), dtype=bool)  # conditions without which nothing settles
     for _ in range(ROUNDS):
         if not best.solution.converged:
             break
-        keep = kept_conditions(gauge, active, best)
+        keep = kept_conditions(gauge, active, best) | settling
         if np.array_equal(keep, active):
             break
-        chosen = np.flatnonzero(keep)
-        assembler = Assembler(
-            prepared, layout, concatenate_rows([control, gauge.select(chosen)], prepared.curves.support)
-        )
-        solution = solve(
-            assembler,
-            best.solution.state,
-            max_iterations=max_iterations,
-            stage=stage,
-            damping=0.0,
-            observer=observer,
-        )
-        if not solution.converged:
+        found = with_conditions(keep, best.solution.state, 0.0)
+        for _ in range(RETURNS):
+            back = unsettled_conditions(gauge, found) & ~keep
+            if found.solution.converged or not back.any():
+                break
+            settling, keep = settling | back, keep | back
+            found = with_conditions(keep, found.solution.state, 0.0)
+        if not found.solution.converged:
             break
-        active, best = keep, ConditionedSolution(assembler, solution, chosen)
+        active, best = keep, found
     return best
