@@ -19,7 +19,9 @@ from splinebba_cli.core.state import Prepared, State
 
 ROUNDS = 8
 RETURNS = 4  # times that conditions may come back to let a solution settle
-UNSETTLED = 0.1  # of the estimated variance: recent changes of the squares of a stretch that keep it from settling
+UNSETTLED = (
+    0.1  # of the estimated variance: recent changes of the squares of a stretch that keep it from settling
+)
 
 
 @dataclass(frozen=True)
@@ -65,14 +67,17 @@ def joint_cofactors(rows: CoefficientRows, best: ConditionedSolution) -> FloatAr
     return np.asarray(matrix @ factor.solve(np.ascontiguousarray(matrix.T)))
 
 
-def unsettled_conditions(gauge: CoefficientRows, failed: ConditionedSolution) -> BoolArray:
-    """Conditions of the stretches that kept a solution without them from settling, (q,)."""
+def returning_conditions(gauge: CoefficientRows, failed: ConditionedSolution) -> BoolArray:
+    """Conditions that a solution lacks on the stretches that kept it from settling, (q,); on the worst in any case."""
     solution, assembler = failed.solution, failed.assembler
-    if not len(solution.unrest):
+    lacking = np.ones(len(gauge), dtype=bool)
+    lacking[failed.conditions] = False
+    if not len(solution.unrest) or not lacking.any():
         return np.zeros(len(gauge), dtype=bool)
-    worth = UNSETTLED * assembler.deviation(solution.linearization) ** 2
     of_rows = Stretches.of(assembler.layout, assembler.prepared.curves).of_columns(gauge.columns)
-    return np.asarray(solution.unrest[of_rows] > worth)
+    unrest = np.where(lacking, solution.unrest[of_rows], 0.0)
+    worth = UNSETTLED * min(assembler.deviation(solution.linearization) ** 2, float(unrest.max()))
+    return np.asarray(unrest > worth)
 
 
 def solve_with_conditions(
@@ -110,7 +115,7 @@ def solve_with_conditions(
             break
         found = with_conditions(keep, best.solution.state, 0.0)
         for _ in range(RETURNS):
-            back = unsettled_conditions(gauge, found) & ~keep
+            back = returning_conditions(gauge, found)
             if found.solution.converged or not back.any():
                 break
             settling, keep = settling | back, keep | back

@@ -43,7 +43,9 @@ class Damping:
     def relaxed(self, gain: float) -> Damping:
         """After an accepted step, by the ratio of actual and predicted decrease."""
         factor = 0.01 if gain > 0.95 else 0.1 if gain > 0.75 else 4.0 if gain < 0.25 else 1.0
-        return Damping(_vanishing(np.array(factor * self.everywhere)).item(), _vanishing(0.2 * self.of_stretch))
+        return Damping(
+            _vanishing(np.array(factor * self.everywhere)).item(), _vanishing(0.2 * self.of_stretch)
+        )
 
     def raised(self, culprits: BoolArray) -> Damping:
         """After a rejected step."""
