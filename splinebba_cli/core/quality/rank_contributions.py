@@ -25,10 +25,9 @@ from splinebba_cli.core.estimation.own_equations import OwnEquations
 from splinebba_cli.core.network import IntArray
 from splinebba_cli.core.threads import in_threads
 
-MOST_FEATURES = 5000  # beyond, ranks of single features are left out
-WORK = 4e9  # floating-point operations for all decompositions of curves together
+MOST_FEATURES = 50_000  # beyond, ranks of single features are left out
+WORK = 4e9  # floating-point operations for all decompositions of curves together, cheap ones first
 BATCH = 300_000  # entries of matrices that are decomposed together
-SHARE = 2e8  # that every curve may take, however many there are up to WORK / SHARE
 
 
 @dataclass(frozen=True)
@@ -48,8 +47,9 @@ def curve_ranks(equations: OwnEquations) -> list[FeatureRank | None]:
         return found
     sizes, images = 3 * equations.coefficient_counts, equations.image_counts
     columns = sizes + 6 * images
-    limit = max(SHARE if count <= WORK / SHARE else 0.0, WORK / count)
-    small = np.flatnonzero(equations.row_counts * columns.astype(np.float64) ** 2 <= limit)
+    work = equations.row_counts * columns.astype(np.float64) ** 2
+    cheapest = np.argsort(work, kind="stable")
+    small = np.sort(cheapest[np.cumsum(work[cheapest]) <= WORK])
 
     def ranks(chosen: IntArray) -> tuple[IntArray, IntArray]:
         return nested_ranks(equations.of_curves(chosen), int(sizes[chosen[0]]))
