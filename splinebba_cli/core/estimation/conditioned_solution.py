@@ -18,10 +18,8 @@ from splinebba_cli.core.observations.coefficient_rows import CoefficientRows, co
 from splinebba_cli.core.state import Prepared, State
 
 ROUNDS = 8
-RETURNS = 4  # times that conditions may come back to let a solution settle
-UNSETTLED = (
-    0.1  # of the estimated variance: recent changes of the squares of a stretch that keep it from settling
-)
+SHARES = (0.5, 0.1, 0.02, 0.0)  # of the worst stretch, each time that conditions come back
+UNSETTLED = 0.1  # of the estimated variance: recent changes of the squares of a stretch that goes on moving
 
 
 @dataclass(frozen=True)
@@ -67,8 +65,11 @@ def joint_cofactors(rows: CoefficientRows, best: ConditionedSolution) -> FloatAr
     return np.asarray(matrix @ factor.solve(np.ascontiguousarray(matrix.T)))
 
 
-def returning_conditions(gauge: CoefficientRows, failed: ConditionedSolution) -> BoolArray:
-    """Conditions that a solution lacks on the stretches that kept it from settling, (q,); on the worst in any case."""
+def returning_conditions(gauge: CoefficientRows, failed: ConditionedSolution, share: float) -> BoolArray:
+    """Conditions that a solution lacks on the stretches that kept it from settling, (q,).
+
+    Those that go on moving; where all move but little, those that do so by more than a share of the worst.
+    """
     solution, assembler = failed.solution, failed.assembler
     lacking = np.ones(len(gauge), dtype=bool)
     lacking[failed.conditions] = False
@@ -76,8 +77,8 @@ def returning_conditions(gauge: CoefficientRows, failed: ConditionedSolution) ->
         return np.zeros(len(gauge), dtype=bool)
     of_rows = Stretches.of(assembler.layout, assembler.prepared.curves).of_columns(gauge.columns)
     unrest = np.where(lacking, solution.unrest[of_rows], 0.0)
-    worth = UNSETTLED * min(assembler.deviation(solution.linearization) ** 2, float(unrest.max()))
-    return np.asarray(unrest > worth)
+    worst, moving = float(unrest.max()), UNSETTLED * assembler.deviation(solution.linearization) ** 2
+    return np.asarray(unrest > min(moving, share * worst))
 
 
 def solve_with_conditions(
@@ -114,8 +115,8 @@ def solve_with_conditions(
         if np.array_equal(keep, active):
             break
         found = with_conditions(keep, best.solution.state, 0.0)
-        for _ in range(RETURNS):
-            back = returning_conditions(gauge, found)
+        for share in SHARES:
+            back = returning_conditions(gauge, found, share)
             if found.solution.converged or not back.any():
                 break
             settling, keep = settling | back, keep | back
