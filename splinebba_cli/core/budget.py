@@ -27,6 +27,7 @@ from splinebba_cli.core.observations.structural_locations import structural_stat
 from splinebba_cli.core.quality.dissertation_count import (
     printed_count_of_curve,
     printed_count_of_point,
+    printed_independent_points,
     reason_of_curve,
 )
 from splinebba_cli.core.quality.null_problems import null_problems
@@ -35,6 +36,8 @@ from splinebba_cli.core.result import Problem
 from splinebba_cli.core.revision.revise import begin_search
 from splinebba_cli.core.state import Prepared, prepare
 from splinebba_cli.errors import SingularNetworkError
+
+EQUATIONS = ("arc_lengths", "tangents", "given_values", "shape_conditions")  # of splines beside 2 a point
 
 
 @dataclass(frozen=True)
@@ -162,44 +165,38 @@ class _Counted:
         gauge = gauge_rows(
             self.prepared, self.assembler.layout.coefficient_mask, network.settings.gauge_sigma_m
         )
-        order = np.argsort(observed.curve, kind="stable")
-        points = np.split(order, np.searchsorted(observed.curve[order], np.arange(1, max(count, 1))))
+        segment = self.prepared.curves.locate(observed.curve, self.at.state.location)[0]
         table = {
             "arc_lengths": np.bincount(observed.curve[network.arc_lengths.first], minlength=count),
             "tangents": np.bincount(observed.curve[network.tangents.point], minlength=count),
             "given_values": np.bincount(rows.curve[rows.component != SHAPE], minlength=count),
             "shape_conditions": np.bincount(rows.curve[rows.component == SHAPE], minlength=count),
             "gauge_conditions": np.bincount(gauge.curve, minlength=count),
+            "images": self.own.image_counts,
+            "observations": np.bincount(observed.curve, minlength=count),
             "held": np.bincount(observed.curve[self.held], minlength=count),
+            "printed": printed_independent_points(self.prepared, segment),
         }
-        segment = self.prepared.curves.locate(observed.curve, self.at.state.location)[0]
+        lists = {key: counts.tolist() for key, counts in table.items()}
         ranks = curve_ranks(self.own)
         return [
-            self._spline(k, points[k], segment, {key: int(c[k]) for key, c in table.items()}, ranks[k])
-            for k in range(count)
+            self._spline(k, {key: counts[k] for key, counts in lists.items()}, ranks[k]) for k in range(count)
         ]
 
-    def _spline(
-        self,
-        number: int,
-        points: IntArray,
-        segment: IntArray,
-        count: dict[str, int],
-        rank: FeatureRank | None,
-    ) -> FeatureBudget:
-        network, curve = self.network, self.network.curves[number]
+    def _spline(self, number: int, count: dict[str, int], rank: FeatureRank | None) -> FeatureBudget:
+        curve, points = self.network.curves[number], count["observations"]
         starts = self.prepared.curves.coefficient_start
         free = self.assembler.layout.coefficient_mask[starts[number] : starts[number + 1]] > 0.0
-        coefficients, locations = int(free.sum()), len(points) - count.pop("held")
-        equations = 2 * len(points) + sum(count.values()) - count["gauge_conditions"]
-        printed = printed_count_of_curve(self.prepared, number, points, segment, count["arc_lengths"])
+        coefficients, locations = int(free.sum()), points - count.pop("held")
+        printed = printed_count_of_curve(
+            self.prepared, number, points, count["arc_lengths"], count.pop("printed")
+        )
+        equations = 2 * points + sum(count[kind] for kind in EQUATIONS)
         whole = None if rank is None else rank.own + locations
         return FeatureBudget(
             kind="spline",
             id=curve.id,
             role=curve.role,
-            images=len(np.unique(network.curve_observations.image[points])),
-            observations=len(points),
             equations=equations,
             unknowns=coefficients + locations,
             coefficients=coefficients,

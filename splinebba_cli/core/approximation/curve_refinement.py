@@ -23,8 +23,8 @@ from splinebba_cli.core.approximation.knot_spacing import (
 )
 from splinebba_cli.core.estimation.curve_folding import folded_segments
 from splinebba_cli.core.estimation.curve_stage import curves_alone, solve_curves
-from splinebba_cli.core.estimation.damping import curve_costs
 from splinebba_cli.core.estimation.gauss_markov import Observer
+from splinebba_cli.core.estimation.stretches import curve_costs
 from splinebba_cli.core.network import BoolArray, FloatArray
 from splinebba_cli.core.observations.coefficient_rows import (
     knot_distance,

@@ -11,12 +11,15 @@ from splinebba_cli.core.estimation.gauge import jointly_needed, needed_condition
 from splinebba_cli.core.estimation.gauss_markov import Observer, Solution, solve
 from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.estimation.parameters import ParameterLayout
+from splinebba_cli.core.estimation.stretches import Stretches
 from splinebba_cli.core.estimation.window_map import WindowMap
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.core.observations.coefficient_rows import CoefficientRows, concatenate_rows
 from splinebba_cli.core.state import Prepared, State
 
 ROUNDS = 8
+SHARES = (0.5, 0.1, 0.02, 0.0)  # of the worst stretch, each time that conditions come back
+UNSETTLED = 0.1  # of the estimated variance: recent changes of the squares of a stretch that goes on moving
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,22 @@ def joint_cofactors(rows: CoefficientRows, best: ConditionedSolution) -> FloatAr
     return np.asarray(matrix @ factor.solve(np.ascontiguousarray(matrix.T)))
 
 
+def returning_conditions(gauge: CoefficientRows, failed: ConditionedSolution, share: float) -> BoolArray:
+    """Conditions that a solution lacks on the stretches that kept it from settling, (q,).
+
+    Those that go on moving; where all move but little, those that do so by more than a share of the worst.
+    """
+    solution, assembler = failed.solution, failed.assembler
+    lacking = np.ones(len(gauge), dtype=bool)
+    lacking[failed.conditions] = False
+    if not len(solution.unrest) or not lacking.any():
+        return np.zeros(len(gauge), dtype=bool)
+    of_rows = Stretches.of(assembler.layout, assembler.prepared.curves).of_columns(gauge.columns)
+    unrest = np.where(lacking, solution.unrest[of_rows], 0.0)
+    worst, moving = float(unrest.max()), UNSETTLED * assembler.deviation(solution.linearization) ** 2
+    return np.asarray(unrest > min(moving, share * worst))
+
+
 def solve_with_conditions(
     prepared: Prepared, layout: ParameterLayout, control: CoefficientRows, gauge: CoefficientRows, state: State,
     *, max_iterations: int, stage: str, damping: float, observer: Observer | None, select: bool = True,
@@ -74,33 +93,35 @@ def solve_with_conditions(
     gauge : tangential conditions of all anchors
     select : False keeps all conditions
     """
+
+    def with_conditions(active: BoolArray, begin: State, damping: float) -> ConditionedSolution:
+        chosen = np.flatnonzero(active)
+        rows = concatenate_rows([control, gauge.select(chosen)], prepared.curves.support)
+        assembler = Assembler(prepared, layout, rows)
+        solution = solve(
+            assembler, begin, max_iterations=max_iterations, stage=stage, damping=damping, observer=observer
+        )
+        return ConditionedSolution(assembler, solution, chosen)
+
     active = np.ones(len(gauge), dtype=bool)
-    assembler = Assembler(prepared, layout, concatenate_rows([control, gauge], prepared.curves.support))
-    solution = solve(
-        assembler, state, max_iterations=max_iterations, stage=stage, damping=damping, observer=observer
-    )
-    best = ConditionedSolution(assembler, solution, np.flatnonzero(active))
+    best = with_conditions(active, state, damping)
     if not select or not len(gauge):
         return best
+    settling = np.zeros(len(gauge), dtype=bool)  # conditions without which nothing settles
     for _ in range(ROUNDS):
         if not best.solution.converged:
             break
-        keep = kept_conditions(gauge, active, best)
+        keep = kept_conditions(gauge, active, best) | settling
         if np.array_equal(keep, active):
             break
-        chosen = np.flatnonzero(keep)
-        assembler = Assembler(
-            prepared, layout, concatenate_rows([control, gauge.select(chosen)], prepared.curves.support)
-        )
-        solution = solve(
-            assembler,
-            best.solution.state,
-            max_iterations=max_iterations,
-            stage=stage,
-            damping=0.0,
-            observer=observer,
-        )
-        if not solution.converged:
+        found = with_conditions(keep, best.solution.state, 0.0)
+        for share in SHARES:
+            back = returning_conditions(gauge, found, share)
+            if found.solution.converged or not back.any():
+                break
+            settling, keep = settling | back, keep | back
+            found = with_conditions(keep, found.solution.state, 0.0)
+        if not found.solution.converged:
             break
-        active, best = keep, ConditionedSolution(assembler, solution, chosen)
+        active, best = keep, found
     return best

@@ -21,18 +21,25 @@ def folded_segments(prepared: Prepared, coefficients: FloatArray) -> IntArray:
     """Number of segments of every curve in which it turns back on itself, (nc,)."""
     curves = prepared.curves
     count = len(curves.bases)
+    curve = np.repeat(np.arange(count), np.diff(curves.segment_start))
+    return np.bincount(curve[folding_segments(prepared, coefficients)], minlength=count)
+
+
+def folding_segments(prepared: Prepared, coefficients: FloatArray) -> IntArray:
+    """Segments in which a curve turns back on itself, numbers in the curve set."""
+    curves = prepared.curves
     if not len(curves.left):
-        return np.zeros(count, dtype=np.int64)
+        return np.zeros(0, dtype=np.int64)
     segments = np.diff(curves.segment_start)
-    curve = np.repeat(np.arange(count), segments)
+    inner = np.repeat(segments > 1, segments)
     local = curves.segment_polynomials(coefficients)[:, :MAX_POWER]  # (S, 4, 3) power form
-    suspect = np.flatnonzero((segments[curve] > 1) & ~curves.trigonometric & _may_turn_back(local))
+    suspect = np.flatnonzero(inner & ~curves.trigonometric & _may_turn_back(local))
     derivative = np.matmul(power_row(SAMPLES, 1), local[suspect])  # (q, 13, 3)
     norm = np.linalg.norm(derivative, axis=2)
     tangent = derivative / np.maximum(norm, 1e-300)[:, :, None]
     cosine = np.sum(tangent[:, 1:] * tangent[:, :-1], axis=2)
     turn = np.arccos(np.clip(cosine, -1.0, 1.0)).sum(axis=1)
-    return np.bincount(curve[suspect[turn > LARGEST_TURN]], minlength=count)
+    return np.asarray(suspect[turn > LARGEST_TURN])
 
 
 def _may_turn_back(local: FloatArray) -> BoolArray:

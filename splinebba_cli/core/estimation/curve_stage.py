@@ -13,10 +13,10 @@ import numpy as np
 from splinebba_cli.core.estimation.block_cholesky import NotPositiveDefinite
 from splinebba_cli.core.estimation.block_matrix import BlockMatrix
 from splinebba_cli.core.estimation.curve_folding import folded_segments
-from splinebba_cli.core.estimation.damping import curve_costs
 from splinebba_cli.core.estimation.gauss_markov import Observer
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
 from splinebba_cli.core.estimation.parameters import layout_of
+from splinebba_cli.core.estimation.stretches import curve_costs
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
 from splinebba_cli.core.observations.location_search import search_locations

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
+from splinebba_cli.core.estimation.parameters import ParameterLayout
 from splinebba_cli.core.network import FloatArray, IntArray
 
 
@@ -22,9 +23,9 @@ class DesignMatrix:
     unknown: IntArray  # (columns,) number in the numbering reduced unknowns, then points
 
 
-def unknown_count(assembler: Assembler) -> int:
+def unknown_count(layout: ParameterLayout) -> int:
     """Number of unknowns without locations, removed ones not counted."""
-    return int(assembler.mask.sum() + assembler.layout.eliminated_mask.sum())
+    return int(layout.reduced_mask().sum() + layout.eliminated_mask.sum())
 
 
 def design_matrix(

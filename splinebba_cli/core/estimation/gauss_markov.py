@@ -15,8 +15,8 @@ import numpy as np
 from splinebba_cli.core.camera.rotation import rotation_from_vector
 from splinebba_cli.core.estimation.blas_threads import one_thread
 from splinebba_cli.core.estimation.block_cholesky import Factor, NotPositiveDefinite
-from splinebba_cli.core.estimation.curve_folding import folded_segments
-from splinebba_cli.core.estimation.damping import Damping, curve_costs
+from splinebba_cli.core.estimation.curve_folding import folding_segments
+from splinebba_cli.core.estimation.damping import Damping
 from splinebba_cli.core.estimation.elimination import EliminatedPoints
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
 from splinebba_cli.core.estimation.simplified_steps import (
@@ -26,6 +26,7 @@ from splinebba_cli.core.estimation.simplified_steps import (
     lengths_left,
     simplified_step,
 )
+from splinebba_cli.core.estimation.stretches import Stretches, stretch_costs
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.core.observations.location_search import search_locations
 from splinebba_cli.core.observations.locations import held_locations, refine_locations
@@ -44,7 +45,8 @@ UNCHANGED = 1e-7  # of the cost
 CONTRACTING = 0.3  # of the last step: iterations that shrink faster go on
 MUCH_WORSE = 1.5
 SAME_LOCATION = 1e-8
-OWN_LIMIT = 1.0  # damping of one curve beyond which it is no longer held back
+MUCH_OF_IT = 0.1  # of what all stretches got worse together
+OWN_LIMIT = 1.0  # damping of one stretch beyond which it is no longer held back
 FORGETTING = 0.8  # per step
 RESTLESS = 0.1  # of the changes of all curves in the last steps
 
@@ -62,6 +64,7 @@ class Solution:
     termination: str
     iterations: tuple[Iteration, ...]
     restless: tuple[int, ...] = ()  # curves that kept the iterations from settling
+    unrest: FloatArray = field(default_factory=lambda: np.zeros(0))  # (s,) recent changes of every stretch
 
     @property
     def state(self) -> State:
@@ -129,7 +132,7 @@ def _iterated(run: _Run, state: State, max_iterations: int) -> Solution:
             break
     exhausted = run.damping.exhausted
     reason = "no step lowers the residuals" if exhausted else f"not converged in {max_iterations} iterations"
-    return Solution(at, None, None, False, reason, tuple(run.log), restless=run.restless)
+    return Solution(at, None, None, False, reason, tuple(run.log), restless=run.restless, unrest=run.unrest)
 
 
 def solution_at(assembler: Assembler, state: State) -> Solution:
@@ -160,7 +163,7 @@ class _Run:
     log: list[Iteration] = field(default_factory=list)
     last_decrease: float = np.inf
     last_length: float = np.inf
-    unrest: FloatArray | float = 0.0  # (nc,) recent changes of every curve's residuals
+    unrest: FloatArray = field(default_factory=lambda: np.zeros(0))  # (s,) of the residuals of every stretch
 
     @property
     def plain(self) -> bool:
@@ -170,7 +173,10 @@ class _Run:
     @property
     def restless(self) -> tuple[int, ...]:
         """Curves that keep the iterations from settling."""
-        unrest = np.atleast_1d(self.unrest)
+        stretches = Stretches.of(self.assembler.layout, self.assembler.prepared.curves)
+        if not len(self.unrest):
+            return ()
+        unrest = np.bincount(stretches.curve, self.unrest)
         return tuple(int(k) for k in np.flatnonzero(unrest > RESTLESS * unrest.sum()))
 
     def step_from(self, at: Linearization) -> _Step | None:
@@ -228,15 +234,12 @@ class _Run:
         """The equations after an accepted step, or the same with more damping after a rejected one."""
         trial = _trial(self.assembler, step.state, at)
         if trial.at is not None:
-            change = np.abs(curve_costs(self.assembler, trial.at) - curve_costs(self.assembler, at))
-            self.unrest = FORGETTING * self.unrest + change
+            change = np.abs(trial.costs[1] - trial.costs[0])
+            self.unrest = FORGETTING * self.unrest + change if len(self.unrest) else change
         # along a curve a small step bends: v'Pv may grow by about its own size before it falls
         slack = max(4.0 * step.length**2, UNCHANGED * at.cost) if step.length <= STATIONARY else 0.0
         if trial.at is None or at.cost - trial.at.cost < -slack or _folds(trial, self.damping):
-            self.damping, self.stiff = (
-                self.damping.raised(_culprits(self.assembler, at, trial, self.damping)),
-                True,
-            )
+            self.damping, self.stiff = self.damping.raised(_culprits(trial, self.damping)), True
             return at
         decrease = at.cost - trial.at.cost
         self.last_decrease = abs(decrease)
@@ -268,36 +271,49 @@ def _searched_again(assembler: Assembler, at: Linearization) -> Linearization:
 @dataclass(frozen=True)
 class _Trial:
     at: Linearization | None  # None where it is impossible
-    folds: BoolArray  # (nc,) curves that the step would fold
+    folds: BoolArray  # (s,) stretches that the step would fold
+    stretches: Stretches
+    costs: tuple[FloatArray, FloatArray]  # (s,) of every stretch before and after, where it is possible
 
 
 def _trial(assembler: Assembler, state: State, at: Linearization) -> _Trial:
     """Equations at a trial state with foot points refined."""
     prepared = assembler.prepared
-    before = folded_segments(prepared, at.state.coefficients)
-    folds: BoolArray = folded_segments(prepared, state.coefficients) > before
+    stretches = Stretches.of(assembler.layout, prepared.curves)
+    count, of_segments = len(stretches.curve), stretches.of_segments()
+    before, after = (
+        np.bincount(of_segments[folding_segments(prepared, x)], minlength=count)
+        for x in (at.state.coefficients, state.coefficients)
+    )
+    folds = stretches.with_neighbours(after > before)
+    impossible = _Trial(None, folds, stretches, (np.zeros(count), np.zeros(count)))
     with np.errstate(all="ignore"):
         moved = refine_locations(prepared, state, TRIAL_STEPS)
     if not np.isfinite(moved.location).all():
-        return _Trial(None, folds)
+        return impossible
     try:
-        return _Trial(assembler.linearize(moved, held_locations(prepared, moved.location)), folds)
+        trial = assembler.linearize(moved, held_locations(prepared, moved.location))
     except FloatingPointError:
-        return _Trial(None, folds)
+        return impossible
+    return _Trial(trial, folds, stretches, stretch_costs(assembler, stretches, at, trial))
 
 
 def _folds(trial: _Trial, amount: Damping) -> bool:
     """Whether a step folds a curve that damping of its own may still keep from it."""
-    return bool((trial.folds & (amount.of_curve < OWN_LIMIT)).any())
+    return bool((trial.folds & (amount.of_stretch < OWN_LIMIT)).any())
 
 
-def _culprits(assembler: Assembler, at: Linearization, trial: _Trial, amount: Damping) -> BoolArray:
-    """Curves that spoil a trial and are not yet held by damping of their own: folding, or much worse residuals."""
-    spoilt = trial.folds.copy()
-    if trial.at is not None:
-        before, after = curve_costs(assembler, at), curve_costs(assembler, trial.at)
-        spoilt |= after > MUCH_WORSE * before + MUCH_WORSE
-    return np.asarray(spoilt & (amount.of_curve < OWN_LIMIT))
+def _culprits(trial: _Trial, amount: Damping) -> BoolArray:
+    """Stretches that spoil a trial and are not yet held by damping of their own: folding, or much worse residuals.
+
+    Of a long curve also those that are only somewhat worse themselves but make much of what all got worse.
+    """
+    before, after = trial.costs
+    growth = np.maximum(after - before, 0.0)
+    spoilt = after > MUCH_WORSE * before + MUCH_WORSE
+    spoilt |= ~trial.stretches.whole & (growth > MUCH_OF_IT * growth.sum())
+    spoilt = trial.folds | trial.stretches.with_neighbours(spoilt)
+    return np.asarray(spoilt & (amount.of_stretch < OWN_LIMIT))
 
 
 def _damped_step(assembler: Assembler, at: Linearization, amount: Damping, stiff: bool) -> _Step | None:

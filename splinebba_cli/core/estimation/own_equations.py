@@ -5,8 +5,9 @@
     a point    its rays and given coordinates over its coordinates and the same orientations
     an image   everything that is measured in it, and its priors, over its six orientation unknowns
 
-Removed unknowns keep zero columns.  Every elimination of a location is orthogonal and takes exactly one from the
-equations, the unknowns and the rank.
+Features of the same numbers of unknowns and images go together, as stacks of matrices with zero rows where they have
+fewer equations than others.  Removed unknowns keep zero columns.  Every elimination of a location is orthogonal and
+takes exactly one from the equations, the unknowns and the rank.
 """
 
 from __future__ import annotations
@@ -22,11 +23,32 @@ from splinebba_cli.core.observations.linked_points import LinkedBatch
 
 
 @dataclass(frozen=True)
-class OwnMatrix:
-    """Equations of one feature."""
+class Owned:
+    """Numbers of rows by their owner: those of owner k are order[starts[k] : starts[k + 1]]."""
 
-    unknowns: FloatArray  # (rows, p) coefficients or coordinates
-    orientations: FloatArray  # (rows, 6 m) of the images that see it
+    order: IntArray
+    starts: IntArray  # (owners + 1,)
+
+    @classmethod
+    def of(cls, owner: IntArray, count: int) -> Owned:
+        """Rows (n,) of every owner, ascending."""
+        order = np.argsort(owner, kind="stable")
+        return cls(order, np.searchsorted(owner[order], np.arange(count + 1)))
+
+    @property
+    def counts(self) -> IntArray:
+        """Numbers of rows, (owners,)."""
+        return np.diff(self.starts)
+
+    def rows(self, owners: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+        """Rows of some owners, the number of its owner among them and that of the row in its owner, (k,) each."""
+        number = self.counts[owners]
+        within = np.arange(int(number.sum())) - np.repeat(np.cumsum(number) - number, number)
+        return (
+            self.order[np.repeat(self.starts[owners], number) + within],
+            np.repeat(np.arange(len(owners)), number),
+            within,
+        )
 
 
 @dataclass(frozen=True)
@@ -35,7 +57,7 @@ class _Window:
 
     batch: LinkedBatch
     kept: FloatArray  # (G, R, P) masked
-    of_curve: list[IntArray]
+    of_curve: Owned
 
 
 @dataclass(frozen=True)
@@ -45,42 +67,57 @@ class OwnEquations:
     assembler: Assembler
     at: Linearization
 
-    def curve_size(self, curve: int) -> tuple[int, int]:
-        """Upper bound of the rows and number of columns of one curve's matrix."""
-        seen = len(np.unique(self._observed_image[self._points_of_curve[curve]]))
-        starts = self.assembler.prepared.curves.coefficient_start
-        columns = 3 * int(starts[curve + 1] - starts[curve]) + 6 * seen
-        return 3 * len(self._points_of_curve[curve]) + columns, columns
+    @cached_property
+    def coefficient_counts(self) -> IntArray:
+        """Number of coefficients of every curve, (nc,)."""
+        return np.asarray(np.diff(self.assembler.prepared.curves.coefficient_start))
 
-    def of_curve(self, curve: int) -> OwnMatrix:
-        """All equations of one curve."""
-        images = np.unique(self._observed_image[self._points_of_curve[curve]])
-        parts = [self._curve_points(curve, images)]
-        parts += [self._chains(k, curve, images) for k in range(len(self._windows))]
-        parts.append(self._coefficient_rows(curve, images))
-        matrix = np.vstack(parts)
-        size = self._coefficients(curve)
-        return OwnMatrix(matrix[:, :size], matrix[:, size:])
+    @cached_property
+    def image_counts(self) -> IntArray:
+        """Number of images that see every curve, (nc,)."""
+        return np.bincount(self._seen // self._images, minlength=len(self.coefficient_counts))
 
-    def of_point(self, point: int) -> OwnMatrix:
-        """Rays and given coordinates of one object point."""
-        rays, at = self._rays_of_point[point], self.at
-        mask = self.assembler.layout.point_mask[point]
+    @cached_property
+    def row_counts(self) -> IntArray:
+        """Number of rows of every curve's matrix, (nc,)."""
+        counts = self._rows_of_curve.counts + self._values_of_curve.counts
+        for window in self._windows:
+            counts = counts + window.of_curve.counts * window.kept.shape[1]
+        return counts
+
+    def of_curves(self, curves: IntArray) -> FloatArray:
+        """All equations of curves with c coefficients in m images each, (g, rows, 3 c + 6 m)."""
+        width = 3 * int(self.coefficient_counts[curves[0]]) + 6 * int(self.image_counts[curves[0]])
+        out = np.zeros((len(curves), int(self.row_counts[curves].max(initial=0)), width))
+        begin = np.zeros(len(curves), dtype=np.int64)  # rows that are filled
+        self._put_points(out, curves, begin)
+        begin = begin + self._rows_of_curve.counts[curves]
+        for window in self._windows:
+            self._put_chains(out, window, curves, begin)
+            begin = begin + window.of_curve.counts[curves] * window.kept.shape[1]
+        self._put_values(out, curves, begin)
+        return out
+
+    def of_points(self, points: IntArray) -> FloatArray:
+        """Rays and given coordinates of object points with m rays each, (g, 2 m + 3, 3 + 6 m)."""
+        at, layout = self.at, self.assembler.layout
+        count = int(self.rays_of_point.counts[points[0]])
+        rays = self.rays_of_point.rows(points)[0].reshape(len(points), count)
         image = self.assembler.prepared.network.point_observations.image[rays]
-        unknowns = (at.points.object_xyz[rays] * mask).reshape(-1, 3)
-        orientations = np.zeros((len(rays), 2, len(rays), 6))
-        each = np.arange(len(rays))
-        orientations[each, :, each] = (
-            at.points.orientation[rays] * self.assembler.layout.image_mask[image][:, None]
-        )
-        given = np.diag(self.assembler.point_inverse_sigma[point])
-        return OwnMatrix(
-            np.vstack([unknowns, given]),
-            np.vstack([orientations.reshape(2 * len(rays), -1), np.zeros((3, 6 * len(rays)))]),
-        )
+        out = np.zeros((len(points), 2 * count + 3, 3 + 6 * count))
+        out[:, : 2 * count, :3] = (
+            at.points.object_xyz[rays] * layout.point_mask[points][:, None, None]
+        ).reshape(len(points), 2 * count, 3)
+        orientation = at.points.orientation[rays] * layout.image_mask[image][:, :, None]
+        for ray in range(count):
+            first = 3 + 6 * ray
+            out[:, 2 * ray : 2 * ray + 2, first : first + 6] = orientation[:, ray]
+        each = np.arange(3)
+        out[:, 2 * count + each, each] = self.assembler.point_inverse_sigma[points]
+        return out
 
-    def of_images(self) -> list[FloatArray]:
-        """Equations of every image over its orientation, features known, (rows, 6) each."""
+    def of_images(self) -> tuple[FloatArray, Owned]:
+        """Equations of all images over their orientations, features known: rows (k, 6), and those of every image."""
         at, layout = self.at, self.assembler.layout
         points = self.assembler.prepared.network.point_observations
         size = self.assembler.orientation_size
@@ -94,110 +131,111 @@ class OwnEquations:
                 owner.append(window.batch.image.repeat(kept.shape[1]))
                 rows.append(kept.reshape(-1, size))
         image, matrix = np.concatenate(owner), np.concatenate(rows)
-        matrix = matrix * layout.image_mask[image]
-        order = np.argsort(image, kind="stable")
-        bounds = np.searchsorted(image[order], np.arange(1, layout.image_count))
-        return np.split(matrix[order], bounds)
+        return matrix * layout.image_mask[image], Owned.of(image, layout.image_count)
 
-    def across(self, curve: int) -> list[FloatArray]:
-        """Equations across a curve, image by image, over *all* of its coefficients, held ones too: (points, 3 c)."""
+    @cached_property
+    def tracks(self) -> tuple[IntArray, Owned]:
+        """Curves of all pairs of a curve and an image that sees it, sorted by curve, and their measured points."""
+        return self._seen // self._images, Owned.of(self._track_of_point, len(self._seen))
+
+    def across(self, tracks: IntArray) -> FloatArray:
+        """Equations across curves in single images, over *all* of their coefficients, held ones too, (g, k, 3 c).
+
+        All the curves have c coefficients; a track is one curve in one image.
+        """
         prepared, rows = self.assembler.prepared, self.at.curve
-        points = self._points_of_curve[curve]  # the first rows, one a point, are those across
-        if not len(points):
-            return []
-        local = rows.weights[points, :, None] * rows.direction[points, None, :]
-        matrix = np.zeros((len(points), self._coefficients(curve)))
-        place = self._coefficient_places(curve, prepared.curves.columns[rows.segment[points]])
-        np.add.at(matrix, (np.arange(len(points))[:, None], place), local.reshape(len(points), -1))
-        return [matrix[rows.image[points] == image] for image in np.unique(rows.image[points])]
+        of_track, points = self.tracks
+        point, place, line = points.rows(tracks)  # the first rows, one a point, are those across
+        curves = of_track[tracks]
+        out = np.zeros(
+            (len(tracks), int(points.counts[tracks].max()), 3 * int(self.coefficient_counts[curves[0]]))
+        )
+        local = rows.weights[point, :, None] * rows.direction[point, None, :]
+        columns = self._places(curves[place], prepared.curves.columns[rows.segment[point]])
+        np.add.at(out, (place[:, None], line[:, None], columns), local.reshape(len(point), columns.shape[1]))
+        return out
+
+    @cached_property
+    def rays_of_point(self) -> Owned:
+        """Image points of every object point."""
+        network = self.assembler.prepared.network
+        return Owned.of(network.point_observations.point, len(network.points.ids))
 
     @property
-    def _observed_image(self) -> IntArray:
-        return self.assembler.prepared.network.curve_observations.image
+    def _images(self) -> int:
+        return max(self.assembler.layout.image_count, 1)
+
+    @cached_property
+    def _pair_of_point(self) -> IntArray:
+        observed = self.assembler.prepared.network.curve_observations
+        return np.asarray(observed.curve * self._images + observed.image)
+
+    @cached_property
+    def _seen(self) -> IntArray:
+        """Pairs curve * m + image of what sees what, ascending."""
+        return np.unique(self._pair_of_point)
+
+    @cached_property
+    def _track_of_point(self) -> IntArray:
+        return np.searchsorted(self._seen, self._pair_of_point)
 
     @cached_property
     def _windows(self) -> list[_Window]:
-        network = self.assembler.prepared.network
-        curve = network.curve_observations.curve
+        curve = self.assembler.prepared.network.curve_observations.curve
         return [
             _Window(
                 window.batch,
                 window.masked(window.batch.eliminated.kept),
-                _by_owner(curve[window.batch.chains.points[:, 0]], len(network.curves)),
+                Owned.of(curve[window.batch.chains.points[:, 0]], len(self.coefficient_counts)),
             )
             for window in self.at.linked_windows
         ]
 
     @cached_property
-    def _points_of_curve(self) -> list[IntArray]:
-        network = self.assembler.prepared.network
-        return _by_owner(network.curve_observations.curve, len(network.curves))
+    def _rows_of_curve(self) -> Owned:
+        observed = self.assembler.prepared.network.curve_observations
+        return Owned.of(observed.curve[self.at.curve.point], len(self.coefficient_counts))
 
     @cached_property
-    def _rows_of_curve(self) -> list[IntArray]:
-        network = self.assembler.prepared.network
-        return _by_owner(network.curve_observations.curve[self.at.curve.point], len(network.curves))
+    def _values_of_curve(self) -> Owned:
+        return Owned.of(self.assembler.coefficient_rows.curve, len(self.coefficient_counts))
 
-    @cached_property
-    def _rays_of_point(self) -> list[IntArray]:
-        network = self.assembler.prepared.network
-        return _by_owner(network.point_observations.point, len(network.points.ids))
-
-    @cached_property
-    def _values_of_curve(self) -> list[IntArray]:
-        return _by_owner(self.assembler.coefficient_rows.curve, len(self.assembler.prepared.network.curves))
-
-    def _coefficients(self, curve: int) -> int:
-        starts = self.assembler.prepared.curves.coefficient_start
-        return 3 * int(starts[curve + 1] - starts[curve])
-
-    def _coefficient_places(self, curve: int, columns: IntArray) -> IntArray:
-        """Columns (rows, 3 w) of coefficients (rows, w) in the matrix of their curve."""
-        own = columns - int(self.assembler.prepared.curves.coefficient_start[curve])
+    def _places(self, curves: IntArray, columns: IntArray) -> IntArray:
+        """Columns (rows, 3 w) of coefficients (rows, w) in the matrices of their curves (rows,)."""
+        own = columns - self.assembler.prepared.curves.coefficient_start[curves][:, None]
         return np.asarray((3 * own[:, :, None] + np.arange(3)).reshape(len(own), 3 * columns.shape[1]))
 
-    def _empty(self, curve: int, rows: int, images: IntArray) -> FloatArray:
-        return np.zeros((rows, self._coefficients(curve) + 6 * len(images)))
+    def _image_places(self, curves: IntArray, image: IntArray) -> IntArray:
+        """Columns (rows, 6 or 0) of the orientations of images (rows,) in the matrices of curves (rows,)."""
+        first = np.searchsorted(self._seen, curves * self._images)
+        number = np.searchsorted(self._seen, curves * self._images + image) - first
+        begin = 3 * self.coefficient_counts[curves] + 6 * number
+        return np.asarray(begin[:, None] + np.arange(self.assembler.orientation_size))
 
-    def _curve_points(self, curve: int, images: IntArray) -> FloatArray:
-        chosen = self._rows_of_curve[curve]
-        rows, size = self.at.curve, self.assembler.orientation_size
-        matrix = self._empty(curve, len(chosen), images)
-        line = np.arange(len(chosen))[:, None]
-        place = self._coefficient_places(curve, self.assembler.prepared.curves.columns[rows.segment[chosen]])
-        np.add.at(matrix, (line, place), self.at.curve_jacobian[chosen, size:-1])
-        first = self._coefficients(curve) + 6 * np.searchsorted(images, rows.image[chosen])
-        matrix[line, first[:, None] + np.arange(size)] = self.at.curve_jacobian[chosen, :size]
-        return matrix
+    def _put_points(self, out: FloatArray, curves: IntArray, begin: IntArray) -> None:
+        row, place, line = self._rows_of_curve.rows(curves)
+        rows, size, of = self.at.curve, self.assembler.orientation_size, curves[place]
+        at = place[:, None], (begin[place] + line)[:, None]
+        columns = self._places(of, self.assembler.prepared.curves.columns[rows.segment[row]])
+        np.add.at(out, (*at, columns), self.at.curve_jacobian[row, size:-1])
+        out[(*at, self._image_places(of, rows.image[row]))] = self.at.curve_jacobian[row, :size]
 
-    def _chains(self, number: int, curve: int, images: IntArray) -> FloatArray:
-        window, size = self._windows[number], self.assembler.orientation_size
-        chosen = window.of_curve[curve]
-        kept = window.kept[chosen]
-        matrix = self._empty(curve, kept.shape[0] * kept.shape[1], images)
-        chain = np.repeat(np.arange(len(chosen)), kept.shape[1])
-        flat, line = kept.reshape(len(chain), kept.shape[2]), np.arange(len(chain))[:, None]
-        place = self._coefficient_places(curve, window.batch.columns[chosen])[chain]
-        np.add.at(matrix, (line, place), flat[:, size:])
-        first = self._coefficients(curve) + 6 * np.searchsorted(images, window.batch.image[chosen])[chain]
-        matrix[line, first[:, None] + np.arange(size)] = flat[:, :size]
-        return matrix
+    def _put_chains(self, out: FloatArray, window: _Window, curves: IntArray, begin: IntArray) -> None:
+        chain, place, number = window.of_curve.rows(curves)
+        height, size = window.kept.shape[1], self.assembler.orientation_size
+        line = (begin[place] + height * number)[:, None] + np.arange(height)
+        at = place[:, None, None], line[:, :, None]
+        columns = self._places(curves[place], window.batch.columns[chain])
+        np.add.at(out, (*at, columns[:, None]), window.kept[chain, :, size:])
+        images = self._image_places(curves[place], window.batch.image[chain])
+        out[(*at, images[:, None])] = window.kept[chain, :, :size]
 
-    def _coefficient_rows(self, curve: int, images: IntArray) -> FloatArray:
-        chosen = self._values_of_curve[curve]
-        columns = self.assembler.coefficient_rows.columns[chosen]
-        jacobian = self.at.coefficient_jacobian[chosen] * self.assembler.layout.coefficient_mask[columns]
-        matrix = self._empty(curve, len(chosen), images)
-        line = np.arange(len(chosen))[:, None]
+    def _put_values(self, out: FloatArray, curves: IntArray, begin: IntArray) -> None:
+        row, place, line = self._values_of_curve.rows(curves)
+        columns = self.assembler.coefficient_rows.columns[row]
+        jacobian = self.at.coefficient_jacobian[row] * self.assembler.layout.coefficient_mask[columns]
         np.add.at(
-            matrix,
-            (line, self._coefficient_places(curve, columns)),
-            jacobian.reshape(len(chosen), 3 * columns.shape[1]),
+            out,
+            (place[:, None], (begin[place] + line)[:, None], self._places(curves[place], columns)),
+            jacobian.reshape(len(row), 3 * columns.shape[1]),
         )
-        return matrix
-
-
-def _by_owner(owner: IntArray, count: int) -> list[IntArray]:
-    """Numbers of the members of every owner."""
-    order = np.argsort(owner, kind="stable")
-    return np.split(order, np.searchsorted(owner[order], np.arange(1, max(count, 1))))[:count]

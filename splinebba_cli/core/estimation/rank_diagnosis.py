@@ -2,8 +2,8 @@
 
 Small networks: singular values of the design matrix with columns scaled to unit length, against the bound of rounding
 (:mod:`~splinebba_cli.core.estimation.numerical_rank`).  Large ones: the smallest eigenvalues of the reduced normal
-matrix, scaled to a unit diagonal, by subspace iteration with a shifted factor.  (theory, section 6: diagnose, never
-guess)
+matrix, scaled to a unit diagonal.  Where N - s diag N has a Cholesky factor all of them exceed s and nothing is
+singular; else subspace iteration with a shifted factor finds them.  (theory, section 6: diagnose, never guess)
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class NullSpace:
 
 def null_space(assembler: Assembler, at: Linearization) -> NullSpace:
     """Null directions of all equations of an assembler at a state."""
-    if unknown_count(assembler) <= DENSE_LIMIT:
+    if unknown_count(assembler.layout) <= DENSE_LIMIT:
         return _dense_null_space(assembler, design_matrix(assembler, at))
     return _sparse_null_space(assembler, at)
 
@@ -71,13 +71,26 @@ def _clearly_regular(scaled: FloatArray) -> bool:
     return True
 
 
+def _no_small_eigenvalue(
+    assembler: Assembler, at: Linearization, values: FloatArray, diagonal: FloatArray
+) -> bool:
+    """Whether N - SHIFT diag N is positive definite: then no eigenvalue of the scaled N is below SHIFT (Sylvester)."""
+    try:
+        assembler.symbolic(at.state).factorize(values, damping=-SHIFT * diagonal)
+    except NotPositiveDefinite:
+        return False
+    return True
+
+
 def _sparse_null_space(assembler: Assembler, at: Linearization, start: int = 12) -> NullSpace:
     structure = assembler.structure
     values, _, eliminated = assembler.eliminate(at, 0.0)
     diagonal = np.maximum(BlockMatrix(structure, values).diagonal(), 1e-300)
     matrix = BlockMatrix(structure, values)
-    mask, unknowns = assembler.mask, unknown_count(assembler)
+    mask, unknowns = assembler.mask, unknown_count(assembler.layout)
     root = np.sqrt(diagonal)
+    if _no_small_eigenvalue(assembler, at, values, diagonal):
+        return NullSpace(unknowns, unknowns, np.zeros((0, len(root) + eliminated.right_side.size)))
     try:
         factor = assembler.symbolic(at.state).factorize(values, damping=SHIFT * diagonal)
     except NotPositiveDefinite:

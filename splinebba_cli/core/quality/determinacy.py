@@ -51,15 +51,13 @@ def require_determined(prepared: Prepared, solved: ConditionedSolution) -> None:
 
 
 def require_rank(assembler: Assembler, at: Linearization) -> None:
-    """Refuse a small network that is singular at its approximate values, before any iteration.
+    """Refuse a network (small: EARLY_LIMIT) that is singular at its approximate values, before any iteration.
 
     Raises
     ------
     SingularNetworkError
         Naming the null directions of all equations, conditions included.
     """
-    if unknown_count(assembler) > EARLY_LIMIT:
-        return
     problems = null_problems(null_space(assembler, at), assembler.layout, assembler.prepared.network)
     if problems:
         raise SingularNetworkError(problems)
@@ -104,7 +102,7 @@ def object_distance(prepared: Prepared, solved: ConditionedSolution) -> FloatArr
 def _weak_by_design(prepared: Prepared, solved: ConditionedSolution) -> list[Problem]:
     """Images that no solution of a small network could determine: from its design, where there is no factor."""
     assembler, at = solved.assembler, solved.solution.linearization
-    if unknown_count(assembler) > EARLY_LIMIT:
+    if unknown_count(assembler.layout) > EARLY_LIMIT:
         return []
     sigma = _design_sigma(assembler, at)
     return [

@@ -34,24 +34,39 @@ class PrintedCount:
 
 
 def printed_count_of_curve(
-    prepared: Prepared, number: int, points: IntArray, segment: IntArray, arcs: int
+    prepared: Prepared, number: int, points: int, arcs: int, independent_points: int
 ) -> PrintedCount:
     """Counts of one curve.
 
     Parameters
     ----------
-    points : (k,) its measured points
-    segment : (n,) segment number of every measured point of the network
-    arcs : number of its arc lengths
+    points, arcs : numbers of its measured points and arc lengths
+    independent_points : by table 5.2
     """
     curve = prepared.network.curves[number]
     coefficients = _coefficients(prepared, number)
-    unknowns = None if coefficients is None else coefficients + len(points)
+    unknowns = None if coefficients is None else coefficients + points
     weighted = np.isfinite(curve.sigma) & (curve.sigma > 0.0)
     given = 0 if np.isfinite(curve.sigma).all() else int(np.count_nonzero(weighted))
-    redundancy = None if unknowns is None else 2 * len(points) + arcs + given - unknowns
-    image = prepared.network.curve_observations.image[points]
-    return PrintedCount(unknowns, redundancy, _independent_points(curve, image, segment[points]))
+    redundancy = None if unknowns is None else 2 * points + arcs + given - unknowns
+    return PrintedCount(unknowns, redundancy, independent_points if _has_degree(curve) else None)
+
+
+def printed_independent_points(prepared: Prepared, segment: IntArray) -> IntArray:
+    """Table 5.2, summed over the images of every curve, (nc,); of families that have no degree it means nothing.
+
+    Parameters
+    ----------
+    segment : (n,) segment number of every measured point, in the curve set
+    """
+    observed, curves = prepared.network.curve_observations, prepared.network.curves
+    images = max(len(prepared.network.images.ids), 1)
+    _, one, counts = np.unique(segment * images + observed.image, return_index=True, return_counts=True)
+    most = np.array([FAMILIES[curve.family].degree + 1 for curve in curves], dtype=np.int64)
+    curve = observed.curve[one]
+    found = np.zeros(len(curves), dtype=np.int64)
+    np.add.at(found, curve, np.minimum(counts, most[curve]))
+    return found
 
 
 def printed_count_of_point(rays: int, free: int, given: int) -> PrintedCount:
@@ -76,13 +91,10 @@ def _is_cubic_spline(curve: Curve) -> bool:
     return curve.family in {"natural_cubic", "free_cubic", "polynomial_3"}
 
 
-def _independent_points(curve: Curve, image: IntArray, segment: IntArray) -> int | None:
-    family = FAMILIES[curve.family]
-    if family.rows == "harmonics" or curve.family.startswith(("bspline", "cardinal", "catmull")):
-        return None
-    most = family.degree + 1
-    _, counts = np.unique(np.stack([image, segment]), axis=1, return_counts=True)
-    return int(np.minimum(counts, most).sum())
+def _has_degree(curve: Curve) -> bool:
+    return FAMILIES[curve.family].rows != "harmonics" and not curve.family.startswith(
+        ("bspline", "cardinal", "catmull")
+    )
 
 
 def reason_of_curve(

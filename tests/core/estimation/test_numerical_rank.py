@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from splinebba_cli.core.estimation.numerical_rank import numerical_rank
+from splinebba_cli.core.estimation.numerical_rank import nested_ranks, numerical_rank, numerical_ranks
 from splinebba_cli.core.network import FloatArray
 
 
@@ -34,3 +34,20 @@ def test_columns_that_nothing_reaches() -> None:
     assert numerical_rank(np.zeros((0, 3))) == 0
     assert numerical_rank(np.zeros((3, 0))) == 0
     assert numerical_rank(np.array([[0.0, 2.0], [0.0, 1.0]])) == 1
+
+
+def test_stacks_have_the_ranks_of_their_matrices() -> None:
+    """Also where some have fewer rows, made up by zeros, and of their leading columns."""
+    matrices = [
+        with_singular_values([1.0, 0.5, 0.1, 1e-9, last], rows, seed)
+        for seed, (rows, last) in enumerate([(9, 0.0), (7, 1e-12), (5, 0.0), (9, 0.1)])
+    ]
+    matrices[3][:, 1] = 0.0  # an unknown that nothing reaches
+    stack = np.zeros((4, 9, 5))
+    for number, matrix in enumerate(matrices):
+        stack[number, : len(matrix)] = matrix
+    assert numerical_ranks(stack).tolist() == [4, 5, 4, 4]
+    assert numerical_ranks(stack).tolist() == [numerical_rank(matrix) for matrix in matrices]
+    leading, every = nested_ranks(stack, 3)
+    assert every.tolist() == [4, 5, 4, 4]
+    assert leading.tolist() == [numerical_rank(matrix[:, :3]) for matrix in matrices]
