@@ -13,7 +13,6 @@ import numpy as np
 
 from splinebba_cli.core.estimation.block_cholesky import SymbolicFactor, analyse
 from splinebba_cli.core.estimation.block_matrix import BlockStructure
-from splinebba_cli.core.estimation.block_sums import Grouping
 from splinebba_cli.core.estimation.coefficient_normals import CoefficientNormals
 from splinebba_cli.core.estimation.curve_blocks import CurveBlocks
 from splinebba_cli.core.estimation.curve_normals import CurveNormals
@@ -24,6 +23,7 @@ from splinebba_cli.core.estimation.elimination import (
     eliminate_points,
 )
 from splinebba_cli.core.estimation.factor_memory import require_memory
+from splinebba_cli.core.estimation.image_normals import add_images
 from splinebba_cli.core.estimation.kept_points import KeptPoints
 from splinebba_cli.core.estimation.linked_windows import LinkedWindows
 from splinebba_cli.core.estimation.located_points import Located, ResidualsOnCurves
@@ -176,7 +176,7 @@ class Assembler:
         normals.add(prepared, located, is_held, values, side, on_curves)
         self._add_other_curves(state, held, values, side, on_curves)
         coefficients.add(coefficient_jacobian, coefficient, values, side)
-        self._add_images(points, priors, values, side)
+        add_images(network, self.layout, self.structure, points, priors, values, side)
         self.kept_points.add(values, side, points, distances, self.point_inverse_sigma, point_prior)
         for window in linked_windows:
             window.add(values, side)
@@ -293,30 +293,6 @@ class Assembler:
             nodes = np.flatnonzero(structure.sizes == size)
             place = structure.offsets[diagonal[nodes]][:, None] + np.arange(size) * (size + 1)
             values[place] *= factor
-
-    def _add_images(self, points: PointRows, priors: PriorRows, values: FloatArray, side: FloatArray) -> None:
-        """Add image points and priors of orientations to the blocks of the images, in place."""
-        structure, mask = self.structure, self.layout.image_mask
-        observed = self.prepared.network.point_observations
-        blocks = np.zeros((len(mask), 6, 6))
-        image_side = side[: mask.size].reshape(-1, ORIENTATION_SIZE)
-        for image, jacobian, residual in (
-            (observed.image, points.orientation, points.residual),
-            (priors.image, priors.jacobian, priors.residual),
-        ):
-            if len(image):
-                a = jacobian * mask[image][:, None, :]
-                transposed, by_image = a.transpose(0, 2, 1), Grouping.of(image)
-                for out, rows in (
-                    (blocks, np.matmul(transposed, a)),
-                    (image_side, -np.matmul(transposed, residual[:, :, None])),
-                ):
-                    out[image[by_image.one]] += by_image.sums(rows.reshape(len(image), -1)).reshape(
-                        -1, *out.shape[1:]
-                    )
-        images = np.arange(len(mask))
-        place = structure.offsets[structure.find(images, images)][:, None] + np.arange(36)
-        values[place] += blocks.reshape(-1, 36)
 
     def _add_other_curves(
         self, state: State, held: IntArray, values: FloatArray, side: FloatArray, out: ResidualsOnCurves
