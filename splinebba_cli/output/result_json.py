@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from splinebba_cli.core.network import FloatArray
+from splinebba_cli.core.quality.curve_columns import CurveColumns
 from splinebba_cli.core.result import AdjustmentResult, ConicElements, CurveResult
 from splinebba_cli.errors import OutputError
 from splinebba_cli.output.checks_json import acceptance_to_list, checks_to_dict, precision_to_dict
@@ -42,7 +43,7 @@ def result_to_dict(result: AdjustmentResult, provenance: dict[str, Any] | None =
     dict
         JSON types only; lengths in metres (residuals in the photo: mm and px), angles in degrees.
     """
-    with_segments = sum(len(curve.segments.interval) for curve in result.curves) <= MOST_SEGMENTS
+    with_segments = CurveColumns.of(result.curves).segment_counts.sum() <= MOST_SEGMENTS
     content = {
         "format": RESULT_FORMAT,
         "provenance": provenance or {},
