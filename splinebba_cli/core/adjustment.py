@@ -28,7 +28,12 @@ from splinebba_cli.core.network import KnotPolicy, Network
 from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
 from splinebba_cli.core.observations.shape_conditions import control_rows
 from splinebba_cli.core.observations.structural_locations import structural_state
-from splinebba_cli.core.quality.determinacy import require_determined, require_rank, weak_images
+from splinebba_cli.core.quality.determinacy import (
+    rank_is_looked_at,
+    require_determined,
+    require_rank,
+    weak_images,
+)
 from splinebba_cli.core.quality.evaluation import Adjusted, evaluate
 from splinebba_cli.core.quality.inner_datum import fitted_state
 from splinebba_cli.core.quality.moved_references import with_moved_references
@@ -210,8 +215,10 @@ def _in_free_datum(
 
 
 def _require_rank(prepared: Prepared, state: State) -> None:
-    """Refuse at the start what no iteration can solve."""
+    """Refuse at the start what no iteration can solve, where the network is small enough to see it."""
     layout = datum_layout(prepared, state)
+    if not rank_is_looked_at(layout):
+        return
     rows = [
         control_rows(prepared, layout.coefficient_mask),
         gauge_rows(prepared, layout.coefficient_mask, prepared.network.settings.gauge_sigma_m),

@@ -24,7 +24,7 @@ class DesignMatrix:
 
 def unknown_count(assembler: Assembler) -> int:
     """Number of unknowns without locations, removed ones not counted."""
-    return int(assembler.mask.sum() + assembler.layout.eliminated_mask.sum())
+    return assembler.layout.free_count
 
 
 def design_matrix(
