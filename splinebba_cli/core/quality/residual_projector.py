@@ -86,7 +86,11 @@ class ResidualProjector:
         side = design.reduced.T @ errors - design.coupling @ (inverse @ over_points)
         step = self.factor.solve(np.asarray(side))
         points = inverse @ (over_points - design.coupling.T @ step)
-        return np.asarray(errors - design.reduced @ step - design.points @ points)
+        shown = np.asarray(design.reduced @ step)
+        np.subtract(errors, shown, out=shown)
+        if design.points.nnz:
+            shown -= design.points @ points
+        return shown
 
     def _batch(self, blocks: list[sparse.csc_array]) -> Iterator[tuple[FloatArray, FloatArray]]:
         together = side_by_side(blocks)
