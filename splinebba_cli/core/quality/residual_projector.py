@@ -83,10 +83,12 @@ class ResidualProjector:
         """R E of errors (rows, k), (rows, k)."""
         design, inverse = self.design, self._point_inverse
         over_points = design.points.T @ errors
-        side = design.reduced.T @ errors - design.coupling @ (inverse @ over_points)
-        step = self.factor.solve(np.asarray(side))
+        side = design.over_unknowns(errors)
+        if design.points.nnz:
+            side -= design.coupling @ (inverse @ over_points)
+        step = self.factor.solve(side)
         points = inverse @ (over_points - design.coupling.T @ step)
-        shown = np.asarray(design.reduced @ step)
+        shown = design.on_rows(step)
         np.subtract(errors, shown, out=shown)
         if design.points.nnz:
             shown -= design.points @ points
