@@ -99,7 +99,11 @@ app.command("explain")(explain.explain)
 def main() -> None:
     """Entry point of the console script.
 
-    The collector of cyclic garbage looks rarely: a run makes many objects that it keeps, and hardly any cycles.
+    The collector of cyclic garbage looks rarely: a run makes many objects that it keeps, and hardly any cycles.  At the
+    end it does not look at all of them once more.
     """
     gc.set_threshold(COLLECT_AFTER, 20, 50)
-    app(prog_name="splinebba")
+    try:
+        app(prog_name="splinebba")
+    finally:
+        gc.freeze()

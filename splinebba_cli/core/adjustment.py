@@ -21,7 +21,6 @@ from splinebba_cli.core.approximation.curve_refinement import calmed, refine_cur
 from splinebba_cli.core.approximation.starting_values import starting_state
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution, solve_with_conditions
 from splinebba_cli.core.estimation.datum import datum_layout, free_directions
-from splinebba_cli.core.estimation.design_matrix import unknown_count
 from splinebba_cli.core.estimation.gauss_markov import Observer
 from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.estimation.parameters import layout_of
@@ -30,7 +29,7 @@ from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, g
 from splinebba_cli.core.observations.shape_conditions import control_rows
 from splinebba_cli.core.observations.structural_locations import structural_state
 from splinebba_cli.core.quality.determinacy import (
-    EARLY_LIMIT,
+    rank_is_looked_at,
     require_determined,
     require_rank,
     weak_images,
@@ -216,9 +215,9 @@ def _in_free_datum(
 
 
 def _require_rank(prepared: Prepared, state: State) -> None:
-    """Refuse at the start what no iteration can solve, of networks that are small enough to ask."""
+    """Refuse at the start what no iteration can solve, where the network is small enough to see it."""
     layout = datum_layout(prepared, state)
-    if unknown_count(layout) > EARLY_LIMIT:
+    if not rank_is_looked_at(layout):
         return
     rows = [
         control_rows(prepared, layout.coefficient_mask),

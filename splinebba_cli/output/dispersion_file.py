@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from splinebba_cli.core.network import FloatArray
+from splinebba_cli.core.quality.curve_columns import CurveColumns
 from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.output.tables import ANGLES, EOP_NAMES
 
@@ -36,13 +37,13 @@ def dispersion_arrays(result: AdjustmentResult, *, full: bool) -> dict[str, NDAr
         If the full matrix is asked for but was not computed.
     """
     scale = np.where(np.arange(6) < 3, 180.0 / np.pi, 1.0)
-    curves = result.curves
+    curves = CurveColumns.of(result.curves)
+    counts = np.diff(curves.value_bounds).tolist()
     names = [
-        f"spline {c.id} value {i}"
-        for c, r in zip(result.network.curves, curves, strict=True)
-        for i in range(len(r.values))
+        f"spline {curve.id} value {i}"
+        for curve, count in zip(result.network.curves, counts, strict=True)
+        for i in range(count)
     ]
-    blocks = [curve.values_dispersion for curve in curves] or [np.zeros((0, 3, 3))]
     arrays: dict[str, NDArray[Any]] = {
         "format": _text([DISPERSION_FORMAT]),
         "image_ids": _text(result.network.images.ids),
@@ -52,7 +53,7 @@ def dispersion_arrays(result: AdjustmentResult, *, full: bool) -> dict[str, NDAr
         "point_ids": _text(result.network.points.ids),
         "point_dispersion": result.points.dispersion,
         "spline_value_names": _text(names),
-        "spline_value_dispersion": np.concatenate(blocks),
+        "spline_value_dispersion": curves.values_dispersion,
     }
     if full:
         if result.dispersion is None or result.dispersion.matrix is None:

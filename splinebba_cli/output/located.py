@@ -11,27 +11,28 @@ import numpy as np
 
 from splinebba_cli.core.curves.registry import basis_of
 from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.quality.curve_columns import CurveColumns
 from splinebba_cli.core.result import AdjustmentResult
 
 
 def places_on_splines(result: AdjustmentResult) -> tuple[IntArray, FloatArray, FloatArray]:
     """Segment (n,), t (n,) and object coordinates (n, 3), user frame, of all image points on splines."""
     curve, location = result.network.curve_observations.curve, result.curve_residuals.location
-    counts = np.array([len(one.segments.interval) for one in result.curves], dtype=np.int64)
+    columns = CurveColumns.of(result.curves)
+    counts, segments = columns.segment_counts, columns.power_segments
     first = np.cumsum(counts) - counts
     segment = np.full(len(curve), -1, dtype=np.int64)
     t = np.full(len(curve), np.nan)
     xyz = np.full((len(curve), 3), np.nan)
     rows = np.flatnonzero(counts[curve] > 0)
     if len(rows):
-        interval = np.concatenate([one.segments.interval for one in result.curves])
+        interval = segments.interval
         own, u = curve[rows], location[rows]
         index = _last_not_beyond(interval[:, 0], first[own], first[own] + counts[own] - 1, u)
         start, end = interval[index, 0], interval[index, 1]
         segment[rows], t[rows] = index - first[own], (u - start) / (end - start)
         powers = t[rows, None] ** np.arange(4)
-        coefficients = np.concatenate([one.segments.coefficients for one in result.curves])
-        xyz[rows] = np.einsum("np,npc->nc", powers, coefficients[index])
+        xyz[rows] = np.einsum("np,npc->nc", powers, segments.coefficients[index])
     for number in np.flatnonzero(counts == 0).tolist():  # no power form: the family's own functions
         rows = np.flatnonzero(curve == number)
         if len(rows):

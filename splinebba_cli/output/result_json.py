@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from splinebba_cli.core.network import FloatArray
-from splinebba_cli.core.result import AdjustmentResult, ConicElements, CurveResult
+from splinebba_cli.core.quality.curve_columns import CurveColumns
+from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.errors import OutputError
 from splinebba_cli.output.checks_json import acceptance_to_list, checks_to_dict, precision_to_dict
 from splinebba_cli.output.json_text import finite, json_text
@@ -20,6 +21,7 @@ from splinebba_cli.output.local_tests import local_tests_part
 from splinebba_cli.output.model_evidence_json import model_evidence
 from splinebba_cli.output.residual_summary import residual_summary
 from splinebba_cli.output.revision_json import revision_to_dict
+from splinebba_cli.output.splines_json import splines_to_list
 from splinebba_cli.output.tables import EOP_NAMES
 
 RESULT_FORMAT = "splinebba-result/1"
@@ -42,7 +44,7 @@ def result_to_dict(result: AdjustmentResult, provenance: dict[str, Any] | None =
     dict
         JSON types only; lengths in metres (residuals in the photo: mm and px), angles in degrees.
     """
-    with_segments = sum(len(curve.segments.interval) for curve in result.curves) <= MOST_SEGMENTS
+    with_segments = bool(CurveColumns.of(result.curves).segment_counts.sum() <= MOST_SEGMENTS)
     content = {
         "format": RESULT_FORMAT,
         "provenance": provenance or {},
@@ -66,7 +68,7 @@ def result_to_dict(result: AdjustmentResult, provenance: dict[str, Any] | None =
         ],
         "cameras": _cameras(result),
         "images": _images(result),
-        "splines": [_spline(result, number, with_segments) for number in range(len(result.curves))],
+        "splines": [],  # in their place when all else is finite
         **({} if with_segments else {"segments_table": "spline_coefficients"}),
         "points": _points(result),
         "checks": checks_to_dict(result.checks),
@@ -80,7 +82,7 @@ def result_to_dict(result: AdjustmentResult, provenance: dict[str, Any] | None =
             for i in result.iterations
         ],
     }
-    return dict(finite(content))
+    return {**finite(content), "splines": splines_to_list(result, with_segments)}
 
 
 def result_json_text(content: dict[str, Any]) -> str:
@@ -204,70 +206,6 @@ def _strong_correlations(dispersion: FloatArray, threshold: float) -> list[dict[
 def _sigma(dispersion: FloatArray) -> FloatArray:
     """Square roots of the diagonals, (n, k) of (n, k, k); tiny negative rounding becomes 0."""
     return np.asarray(np.sqrt(np.maximum(np.einsum("nii->ni", dispersion), 0.0)))
-
-
-def _spline(result: AdjustmentResult, number: int, with_segments: bool) -> dict[str, Any]:
-    given, curve = result.network.curves[number], result.curves[number]
-    found: dict[str, Any] = {
-        "id": given.id,
-        "role": given.role,
-        "family": given.family,
-        "closed": given.closed,
-        "images": curve.n_images,
-        "observations": curve.n_observations,
-        "knot_parameters": curve.knot_parameters,
-        "knots": curve.knots,
-        "knot_sigma": curve.knot_sigma,
-        "sigma_across": {"max": curve.sigma_across_max, "mean": curve.sigma_across_mean},
-        "sigma_along_datum_dependent": curve.along_sigma,
-        "rms_across_mm": curve.rms_across_mm,
-        "reference": curve.reference,
-        "segments": _segments(curve) if with_segments else [],
-    }
-    if not len(curve.segments.interval) or given.family.startswith(
-        "bspline"
-    ):  # values that are no points of it
-        found |= {"values": curve.values, "value_sigma": _sigma(curve.values_dispersion)}
-    if curve.conic is not None:
-        found["conic"] = _conic(curve.conic)
-    if curve.ellipse is not None:
-        found["ellipse"] = {
-            "centre": curve.ellipse.centre,
-            "semi_axes": curve.ellipse.semi_axes,
-            "normal": curve.ellipse.normal,
-            "rms": curve.ellipse.rms_m,
-            "max": curve.ellipse.largest_m,
-        }
-    return found
-
-
-def _conic(conic: ConicElements) -> dict[str, Any]:
-    return {
-        "centre": conic.centre,
-        "semi_axes": conic.semi_axes,
-        "axes": conic.axes,
-        "normal": conic.normal,
-        "eccentricity": conic.eccentricity,
-        "form": conic.form,
-        "sigma": {
-            "centre": conic.centre_sigma,
-            "semi_axes": conic.semi_axes_sigma,
-            "eccentricity": conic.eccentricity_sigma,
-            "normal_deg": float(np.degrees(conic.normal_sigma_rad)),
-        },
-    }
-
-
-def _segments(curve: CurveResult) -> list[dict[str, Any]]:
-    s = curve.segments
-    return [
-        {
-            "interval": s.interval[i],
-            **{letter: s.coefficients[i, :, axis] for axis, letter in enumerate("abc")},
-            **{f"sigma_{letter}": s.sigma[i, :, axis] for axis, letter in enumerate("abc")},
-        }
-        for i in range(len(s.interval))
-    ]
 
 
 def _points(result: AdjustmentResult) -> list[dict[str, Any]]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.quality.curve_columns import CurveColumns
 from splinebba_cli.core.result import AdjustmentResult, ScalarResiduals
 from splinebba_cli.output.columns import Column, Table
 from splinebba_cli.output.ellipse_table import error_ellipse_tables
@@ -70,17 +71,16 @@ def points_table(result: AdjustmentResult) -> Table:
 
 def spline_coefficients_table(result: AdjustmentResult) -> Table:
     """One row a segment: X = a0 + a1 t + a2 t² + a3 t³, Y with b, Z with c; t in [0, 1] over the interval."""
-    curves = result.curves
-    counts = [len(curve.segments.interval) for curve in curves]
+    curves = CurveColumns.of(result.curves)
+    counts, segments = curves.segment_counts, curves.power_segments
+    interval = segments.interval
     columns = [
         Column("spline", Labels(_curve_ids(result), np.repeat(np.arange(len(counts)), counts))),
-        Column("segment", np.arange(sum(counts)) - np.repeat(np.cumsum([0, *counts])[:-1], counts)),
+        Column("segment", np.arange(len(interval)) - np.repeat(np.cumsum(counts) - counts, counts)),
+        Column("u_start", interval[:, 0]),
+        Column("u_end", interval[:, 1]),
     ]
-    interval = _stacked([curve.segments.interval for curve in curves], (2,))
-    coefficients = _stacked([curve.segments.coefficients for curve in curves], (4, 3))
-    sigma = _stacked([curve.segments.sigma for curve in curves], (4, 3))
-    columns += [Column("u_start", interval[:, 0]), Column("u_end", interval[:, 1])]
-    for prefix, values in (("", coefficients), ("sigma_", sigma)):
+    for prefix, values in (("", segments.coefficients), ("sigma_", segments.sigma)):
         for axis, letter in enumerate("abc"):
             columns += [Column(f"{prefix}{letter}{power}_m", values[:, power, axis]) for power in range(4)]
     return Table("spline_coefficients", tuple(columns))
@@ -88,14 +88,12 @@ def spline_coefficients_table(result: AdjustmentResult) -> Table:
 
 def spline_samples_table(result: AdjustmentResult) -> Table:
     """Points along every spline with the standard ellipse across it: for plots of precision."""
-    curves = result.curves
-    xyz = _stacked([curve.sample_xyz for curve in curves], (3,))
-    across = _stacked([curve.sample_across for curve in curves], (2,))
-    direction = _stacked([curve.sample_across_direction for curve in curves], (3,))
-    counts = [len(curve.sample_u) for curve in curves]
+    curves = CurveColumns.of(result.curves)
+    xyz, across, direction = curves.sample_xyz, curves.sample_across, curves.sample_across_direction
+    counts = np.diff(curves.sample_bounds)
     columns = [
         Column("spline", Labels(_curve_ids(result), np.repeat(np.arange(len(counts)), counts))),
-        Column("u", _stacked([curve.sample_u for curve in curves], ()), "%.9g"),
+        Column("u", curves.sample_u, "%.9g"),
     ]
     columns += [Column(f"{name}_m", xyz[:, i], "%.6f") for i, name in enumerate("xyz")]
     columns += [
@@ -281,7 +279,3 @@ def _only(values: FloatArray, rows: slice) -> FloatArray:
 
 def _curve_ids(result: AdjustmentResult) -> list[str]:
     return [curve.id for curve in result.network.curves]
-
-
-def _stacked(arrays: list[FloatArray], shape: tuple[int, ...]) -> FloatArray:
-    return np.concatenate(arrays) if arrays else np.zeros((0, *shape))

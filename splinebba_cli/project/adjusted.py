@@ -17,7 +17,8 @@ import numpy as np
 
 from splinebba_cli.core.curves.registry import FAMILIES
 from splinebba_cli.core.network import Curve, FloatArray, Network
-from splinebba_cli.core.result import AdjustmentResult, CurveResult
+from splinebba_cli.core.quality.curve_columns import CurveColumns
+from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.core.revision.group_weights import with_given_sigma
 from splinebba_cli.project.build_curves import position_rows
 from splinebba_cli.project.loading import LoadedProject
@@ -117,28 +118,34 @@ def adjusted_network(result: AdjustmentResult) -> Network:
     roles = np.array([role == "check" for role in network.points.role], dtype=bool)[:, None]
     given = np.isfinite(network.points.sigma) | roles
     xyz = np.where(given, network.points.xyz, result.points.xyz - network.origin)
-    curves = tuple(
-        _adjusted_curve(curve, found, network.origin)
-        for curve, found in zip(network.curves, result.curves, strict=True)
-    )
+    curves = _adjusted_curves(network.curves, CurveColumns.of(result.curves), network.origin)
     return replace(network, images=images, points=replace(network.points, xyz=xyz), curves=curves)
 
 
-def _adjusted_curve(curve: Curve, found: CurveResult, origin: FloatArray) -> Curve:
-    """The curve with adjusted free values; splines keep the knot parameters of the adjustment."""
-    values, reference = found.values.copy(), found.reference.copy()
-    values[position_rows(curve)] -= origin
-    reference[position_rows(curve)] -= origin
-    parameters = curve.knot_parameters
-    if FAMILIES[curve.family].keeps_parameters:
-        interval = found.segments.interval
-        parameters = np.append(interval[:, 0], interval[-1, 1])
-    return replace(
-        curve,
-        values=np.where(np.isfinite(curve.sigma), curve.values, values),
-        knot_parameters=parameters,
-        reference=None if curve.role == "control" else reference,
-    )
+def _adjusted_curves(curves: tuple[Curve, ...], found: CurveColumns, origin: FloatArray) -> tuple[Curve, ...]:
+    """The curves with adjusted free values; splines keep the knot parameters of the adjustment."""
+    if not curves:
+        return ()
+    moved = np.concatenate([position_rows(curve) for curve in curves])[:, None] * origin
+    given = np.isfinite(np.concatenate([curve.sigma for curve in curves]))
+    values = np.where(given, np.concatenate([curve.values for curve in curves]), found.values - moved)
+    reference = found.reference - moved
+    bounds, interval = found.value_bounds.tolist(), found.segments.interval
+    out = []
+    for k, curve in enumerate(curves):
+        own, parameters = slice(bounds[k], bounds[k + 1]), curve.knot_parameters
+        if FAMILIES[curve.family].keeps_parameters:
+            first, end = int(found.segment_bounds[k]), int(found.segment_bounds[k + 1])
+            parameters = np.append(interval[first:end, 0], interval[end - 1, 1])
+        out.append(
+            replace(
+                curve,
+                values=values[own],
+                knot_parameters=parameters,
+                reference=None if curve.role == "control" else reference[own],
+            )
+        )
+    return tuple(out)
 
 
 def _observations(

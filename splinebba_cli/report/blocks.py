@@ -2,11 +2,40 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, overload
 
 Tone = Literal["good", "warning", "bad", "neutral"]
 Cell = str | float | int | None
+
+
+class LazyRows(Sequence[tuple[Cell, ...]]):
+    """Rows of a long table, made when they are shown: few of them are.
+
+    Parameters
+    ----------
+    count : number of rows
+    row : makes one
+    """
+
+    def __init__(self, count: int, row: Callable[[int], tuple[Cell, ...]]) -> None:
+        self._count = count
+        self._row = row
+
+    def __len__(self) -> int:
+        return self._count
+
+    @overload
+    def __getitem__(self, number: int) -> tuple[Cell, ...]: ...
+    @overload
+    def __getitem__(self, number: slice) -> tuple[tuple[Cell, ...], ...]: ...
+    def __getitem__(self, number: int | slice) -> tuple[Cell, ...] | tuple[tuple[Cell, ...], ...]:
+        if isinstance(number, slice):
+            return tuple(map(self._row, range(*number.indices(self._count))))
+        if not -self._count <= number < self._count:
+            raise IndexError(f"row {number} of {self._count}")
+        return self._row(number % self._count)
 
 
 @dataclass(frozen=True)
@@ -61,7 +90,7 @@ class Table:
 
     caption: str
     columns: tuple[Column, ...]
-    rows: tuple[tuple[Cell, ...], ...]
+    rows: Sequence[tuple[Cell, ...]]
     marked: frozenset[int] = frozenset()
     source: str = ""
     folded: bool = False  # shown closed where the medium can

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
+from itertools import accumulate
 from typing import Any
 
-from splinebba_cli.report.blocks import Block, Cell, Column, FigureBlock, Note, Section, Table
+from splinebba_cli.report.blocks import Block, Cell, Column, FigureBlock, LazyRows, Note, Section, Table
 from splinebba_cli.report.orientation_section import subjects_with_problems
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.scale import length_scale, position_decimals
@@ -102,13 +104,20 @@ def _knots_table(splines: list[dict[str, Any]]) -> Table:
     columns = [Column("Spline", numeric=False), Column("Knot"), Column("u", "", 4)]
     columns += [Column(axis, "m", decimals) for axis in "XYZ"]
     columns += [Column(f"σ {axis}", scale.unit, scale.decimals) for axis in "XYZ"]
-    rows: list[tuple[Cell, ...]] = []
-    for spline in splines:
-        knots = zip(spline["knot_parameters"], spline["knots"], spline["knot_sigma"], strict=False)
-        for number, (u, xyz, sigma) in enumerate(knots):
-            rows.append((spline["id"], number, u, *xyz, *(scale.of(value) for value in sigma)))
+    counts = (
+        min(len(spline[key]) for key in ("knot_parameters", "knots", "knot_sigma")) for spline in splines
+    )
+    begins = list(accumulate(counts, initial=0))
+
+    def row(place: int) -> tuple[Cell, ...]:
+        number = bisect_right(begins, place) - 1
+        spline, knot = splines[number], place - begins[number]
+        sigma = [scale.of(value) for value in spline["knot_sigma"][knot]]
+        return (spline["id"], knot, spline["knot_parameters"][knot], *spline["knots"][knot], *sigma)
+
+    rows = LazyRows(begins[-1], row)
     note = "σ of a knot holds its part along the curve, which is datum-dependent."
-    return Table("Knots", tuple(columns), tuple(rows), source="result.json", folded=True, note=note)
+    return Table("Knots", tuple(columns), rows, source="result.json", folded=True, note=note)
 
 
 def _coefficients_table(splines: list[dict[str, Any]]) -> Table:

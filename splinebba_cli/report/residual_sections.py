@@ -6,7 +6,18 @@ from typing import Any
 
 import numpy as np
 
-from splinebba_cli.report.blocks import Block, Cell, Column, Fact, Facts, FigureBlock, Note, Section, Table
+from splinebba_cli.report.blocks import (
+    Block,
+    Cell,
+    Column,
+    Fact,
+    Facts,
+    FigureBlock,
+    LazyRows,
+    Note,
+    Section,
+    Table,
+)
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.scale import angle_scale, length_scale
 
@@ -211,7 +222,7 @@ def _prior_rows(data: ResultData, unit: str) -> Table | None:
     ]
     if not chosen:
         return None
-    scale = (angle_scale if unit == "deg" else length_scale)([float(sigma[i]) for i in chosen])
+    scale = (angle_scale if unit == "deg" else length_scale)(sigma[chosen].tolist())
     columns = (
         Column("Kind", numeric=False),
         Column("Subject", numeric=False),
@@ -221,16 +232,18 @@ def _prior_rows(data: ResultData, unit: str) -> Table | None:
         Column("v / σ", "", 2),
         Column("Redundancy number", "", 3),
     )
-    rows: list[tuple[Cell, ...]] = []
-    for i in chosen:
-        ratio = float(residual[i] / sigma[i]) if sigma[i] > 0 else None
-        head = (kind[i], subject[i], component[i])
-        rows.append(
-            (*head, scale.of(float(residual[i])), scale.of(float(sigma[i])), ratio, float(redundancy[i]))
-        )
-    marked = frozenset(k for k, row in enumerate(rows) if isinstance(row[5], float) and abs(row[5]) > 3.0)
+    ratio = np.divide(residual, sigma, out=np.full(len(sigma), np.nan), where=sigma > 0.0)
+
+    def row(number: int) -> tuple[Cell, ...]:
+        i = chosen[number]
+        size = float(ratio[i]) if sigma[i] > 0.0 else None
+        values = (scale.of(float(residual[i])), scale.of(float(sigma[i])), size, float(redundancy[i]))
+        return (kind[i], subject[i], component[i], *values)
+
+    rows = LazyRows(len(chosen), row)
+    marked = frozenset(np.flatnonzero(np.abs(ratio[chosen]) > 3.0).tolist())
     caption = "Residuals of angles" if unit == "deg" else "Residuals of coordinates"
-    return Table(caption, columns, tuple(rows), marked, "prior_residuals.csv", folded=len(rows) > 60)
+    return Table(caption, columns, rows, marked, "prior_residuals.csv", folded=len(rows) > 60)
 
 
 def conditions_section(data: ResultData) -> Section:

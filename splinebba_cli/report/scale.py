@@ -6,6 +6,8 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+import numpy as np
+
 _LENGTHS = (("km", 1e-3), ("m", 1.0), ("mm", 1e3), ("µm", 1e6), ("nm", 1e9))
 _ANGLES = (("°", 1.0), ("′", 60.0), ("″", 3600.0), ("m″", 3.6e6))
 
@@ -61,8 +63,9 @@ def position_decimals(sigma_metres: Iterable[float | None]) -> int:
 
 def _typical(values: Iterable[float | None]) -> float | None:
     """Median of the values that are neither missing nor zero."""
-    found = sorted(abs(x) for x in values if x is not None and x != 0.0 and math.isfinite(x))
-    return found[len(found) // 2] if found else None
+    sizes = np.abs(np.array(list(values), dtype=np.float64))  # None becomes NaN
+    found = sizes[np.isfinite(sizes) & (sizes > 0.0)]
+    return float(np.partition(found, len(found) // 2)[len(found) // 2]) if len(found) else None
 
 
 def _decimals(value: float) -> int:

@@ -35,7 +35,7 @@ def result_of(network: Network) -> AdjustmentResult:
         zero, none = np.zeros((size, 3)), np.zeros(0)
         one = CurveResult(
             values, np.zeros((size, 3, 3)), values, parameters, zero, curve.values + network.origin, segments,
-            none, zero, zero, zero, 0.0, 0.0, 0.0, 1, 1, none,
+            none, zero[:0], zero[:0, :2], zero[:0], 0.0, 0.0, 0.0, 1, 1, none,
         )  # fmt: skip
         curves.append(one)
     xyz = np.nan_to_num(network.points.xyz) + network.origin + 0.125

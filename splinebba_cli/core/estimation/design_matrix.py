@@ -25,7 +25,7 @@ class DesignMatrix:
 
 def unknown_count(layout: ParameterLayout) -> int:
     """Number of unknowns without locations, removed ones not counted."""
-    return int(layout.reduced_mask().sum() + layout.eliminated_mask.sum())
+    return layout.free_count
 
 
 def design_matrix(

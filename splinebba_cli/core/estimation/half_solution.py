@@ -18,6 +18,9 @@ from splinebba_cli.core.estimation.blas_threads import fronts_with_threads
 from splinebba_cli.core.estimation.block_cholesky import Factor
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 
+ALONE = 200
+"""Columns for which a leaf of a batch costs as much as a leaf that is worked on alone."""
+
 
 def gram(factor: Factor, columns: sparse.csc_array) -> FloatArray:
     """C'S^-1 C of columns C (N, k), (k, k)."""
@@ -68,7 +71,7 @@ def _forward(factor: Factor, columns: sparse.csc_array) -> Iterator[tuple[IntArr
     single: list[int] = []
     for batch, inverses in zip(symbolic.batches, factor.leaf_inverses, strict=True):
         own = reach[batch.first : batch.end]
-        if own.all():
+        if int(own.any(axis=1).sum()) * ALONE > own.size:
             batch.forward(x, factor.panel, inverses)
             yield np.arange(columns.shape[1]), x[batch.pivots]
         else:
@@ -99,9 +102,9 @@ def _forward_in_front(factor: Factor, front: int, x: FloatArray, reached: IntArr
 def _reach(factor: Factor, row: IntArray, column: IntArray, count: int) -> BoolArray:
     """Which columns reach which fronts, (fronts, k); `row` in the order of elimination."""
     layout = factor.symbolic.layout
-    ends = np.cumsum(layout.pivots)
-    reach = np.zeros((len(ends), count), dtype=bool)
-    reach[np.searchsorted(ends, row, side="right"), column] = True
+    front_of_row = np.repeat(np.arange(len(layout.pivots)), layout.pivots)
+    reach = np.zeros((len(layout.pivots), count), dtype=bool)
+    reach[front_of_row[row], column] = True
     for front, parent in enumerate(layout.tree.parent.tolist()):
         if parent >= 0:
             reach[parent] |= reach[front]

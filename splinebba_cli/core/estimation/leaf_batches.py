@@ -108,6 +108,17 @@ class LeafBatch:
         col, row = np.repeat(np.arange(s), s), np.tile(np.arange(s), s)
         return sums, start[first][:, None] + step[first][:, None] * col + row
 
+    @cached_property
+    def _sums_of_rows(self) -> tuple[csr_array, IntArray]:
+        """Which of the k r rows belong to the same unknown, (q, k r) of ones, and these unknowns, (q,)."""
+        rows = self.rows.ravel()
+        order = np.argsort(rows, kind="stable")
+        first = np.flatnonzero(np.concatenate([[True], np.diff(rows[order]) != 0]))
+        bounds = np.append(first, len(rows))
+        return csr_array((np.ones(len(rows)), order, bounds), shape=(len(first), len(rows))), rows[order][
+            first
+        ]
+
     def _outer(self, selected: FloatArray) -> FloatArray:
         """Z₂₂ of all leaves, (k, r, r)."""
         k, m, s = len(self.rows), self.n_pieces, self.step
@@ -157,7 +168,8 @@ class LeafBatch:
         pivots = np.matmul(inverses, self._pivots_of(x))
         x[self.pivots] = pivots.reshape(-1, x.shape[1])
         if self.rows.shape[1]:
-            np.subtract.at(x, self.rows, np.matmul(below.transpose(0, 2, 1), pivots))
+            sums, place = self._sums_of_rows
+            x[place] -= sums @ np.matmul(below.transpose(0, 2, 1), pivots).reshape(-1, x.shape[1])
 
     def backward(self, x: FloatArray, panel: FloatArray, inverses: FloatArray) -> None:
         """x₁ ← L₁₁⁻ᵀ (x₁ − L₂₁ᵀ x₂)  in place."""

@@ -26,7 +26,6 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from splinebba_cli.core.estimation.block_matrix import (
     BlockStructure,
@@ -214,6 +213,8 @@ def _cut_weight(level: _Level, fraction: FloatArray) -> FloatArray:
 
 def _graph_line(level: _Level) -> IntArray:
     """Rank of each node from one end of its component to the other, component by component."""
+    from scipy.sparse.csgraph import connected_components  # not at start-up: it takes its time
+
     n = len(level.group)
     u, v = level.edges
     ones = np.ones(2 * len(u), dtype=np.int8)
@@ -231,6 +232,8 @@ def _graph_line(level: _Level) -> IntArray:
 
 def _breadth_first_rank(graph: csr_array, seeds: IntArray) -> IntArray:
     """Rank of each node in a breadth-first search from all seeds at once."""
+    from scipy.sparse.csgraph import breadth_first_order
+
     n = graph.shape[0]
     indptr = np.append(graph.indptr, graph.indptr[-1] + len(seeds))
     indices = np.concatenate([graph.indices, seeds.astype(graph.indices.dtype)])

@@ -41,6 +41,11 @@ class ParameterLayout:
         return len(self.image_mask)
 
     @property
+    def free_count(self) -> int:
+        """Number of unknowns without locations, removed ones not counted."""
+        return int(self.image_mask.sum() + self.coefficient_mask.sum() + self.point_mask.sum())
+
+    @property
     def unknown_of_coefficient(self) -> IntArray:
         """First unknown of every coefficient in the reduced system, (C,)."""
         return self.node_starts[self.node_of_coefficient] + self.slot_of_coefficient
@@ -86,35 +91,32 @@ def image_mask(images: Images) -> FloatArray:
 def layout_of(prepared: Prepared) -> ParameterLayout:
     """The layout of a network with everything free that the user left free."""
     images = prepared.network.images
-    sizes, nodes, slots, curve_of = [], [], [], []
-    number = len(images.ids)
-    for curve, basis in enumerate(prepared.curves.bases):
-        count = basis.coefficient_count
-        step = count if count <= SHORT_CURVE else CHAIN_NODE
-        chain = np.arange(count) // step
-        nodes.append(number + chain)
-        slots.append(3 * (np.arange(count) % step))
-        in_nodes = np.bincount(chain)
-        sizes.append(3 * in_nodes)
-        curve_of.append(np.full(len(in_nodes), curve))
-        number += len(in_nodes)
+    begin = prepared.curves.coefficient_start
+    count = np.diff(begin)
+    step = np.where(count <= SHORT_CURVE, np.maximum(count, 1), CHAIN_NODE)
+    in_curve = np.arange(begin[-1]) - np.repeat(begin[:-1], count)
+    chain, within = np.divmod(in_curve, np.repeat(step, count))
+    nodes_of_curve = -(-count // step)
+    node = np.repeat(np.cumsum(nodes_of_curve) - nodes_of_curve, count) + chain
     distances = prepared.network.distances
     kept = np.unique(distances.station[~distances.is_image])
-    sizes.append(np.full(len(kept), 3))
+    images_and_curves = len(images.ids) + int(nodes_of_curve.sum())
     node_of_point = np.full(len(prepared.network.points.ids), -1, dtype=np.int64)
-    node_of_point[kept] = number + np.arange(len(kept))
-    curve_of.append(np.full(len(kept), -1))
-    node_sizes = np.concatenate([np.full(len(images.ids), ORIENTATION_SIZE), *sizes]).astype(np.int64)
-    none = np.zeros(0, dtype=np.int64)
+    node_of_point[kept] = images_and_curves + np.arange(len(kept))
+    node_sizes = np.concatenate(
+        [np.full(len(images.ids), ORIENTATION_SIZE), 3 * np.bincount(node), np.full(len(kept), 3)]
+    ).astype(np.int64)
+    node_curve = np.full(len(node_sizes), -1)
+    node_curve[len(images.ids) : images_and_curves] = np.repeat(np.arange(len(count)), nodes_of_curve)
     return ParameterLayout(
         image_mask=image_mask(images),
         coefficient_mask=removed_coefficients(prepared),
         point_mask=(prepared.network.points.sigma != 0.0).astype(float),
         node_sizes=node_sizes,
         node_starts=np.concatenate([[0], np.cumsum(node_sizes)]),
-        node_of_coefficient=np.concatenate([none, *nodes]),
-        slot_of_coefficient=np.concatenate([none, *slots]),
-        node_curve=np.concatenate([np.full(len(images.ids), -1), *curve_of]).astype(np.int64),
+        node_of_coefficient=len(images.ids) + node,
+        slot_of_coefficient=3 * within,
+        node_curve=node_curve,
         node_of_point=node_of_point,
     )
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from scipy import sparse
@@ -16,8 +17,11 @@ from scipy import sparse
 from splinebba_cli.core.estimation.curve_chunks import CurveEquations
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
 from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.threads import in_threads
 
 ORIENTATION = np.arange(6)
+WORTH_THREADS = 20_000
+"""Rows from which products with them are worth two threads."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +46,28 @@ class SparseDesign:
     points: sparse.csr_array  # (rows, 3 n)
     residual: FloatArray  # (rows,) whitened, adjusted - measured
     curve: CurveEquations  # of the rows of curve points
+
+    @cached_property
+    def _parts(self) -> list[tuple[slice, sparse.csr_array]]:
+        """The reduced rows in two parts for two threads; few rows in one."""
+        matrix, count = self.reduced, self.ranges.count
+        bounds = [0, count // 2, count] if count >= WORTH_THREADS else [0, count]
+        parts = []
+        for begin, end in pairwise(bounds):
+            own = slice(int(matrix.indptr[begin]), int(matrix.indptr[end]))
+            entries = (matrix.data[own], matrix.indices[own], matrix.indptr[begin : end + 1] - own.start)
+            rows = sparse.csr_array(entries, shape=(end - begin, matrix.shape[1]))
+            parts.append((slice(begin, end), rows))
+        return parts
+
+    def over_unknowns(self, errors: FloatArray) -> FloatArray:
+        """A_r'E of errors (rows, k), (N, k)."""
+        sums = in_threads(lambda part: np.asarray(part[1].T @ errors[part[0]]), self._parts)
+        return np.asarray(sum(sums[1:], start=sums[0]))
+
+    def on_rows(self, step: FloatArray) -> FloatArray:
+        """A_r D of changes of the unknowns (N, k), (rows, k)."""
+        return np.concatenate(in_threads(lambda part: np.asarray(part[1] @ step), self._parts))
 
     @cached_property
     def coupling(self) -> sparse.csr_array:

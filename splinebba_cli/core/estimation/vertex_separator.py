@@ -23,7 +23,6 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array
-from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 
 from splinebba_cli.core.estimation.block_matrix import IntArray
 
@@ -70,6 +69,8 @@ def _source_side(
     weights: IntArray, edges: IntArray, core: IntArray
 ) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
     """Which v_in and v_out the source still reaches when the maximum flow runs."""
+    from scipy.sparse.csgraph import breadth_first_order, maximum_flow  # not at start-up: it takes its time
+
     n = len(weights)
     source, sink = 2 * n, 2 * n + 1
     u, v = edges

@@ -113,17 +113,16 @@ def removed_coefficients(prepared: Prepared) -> FloatArray:
     A held value removes its coefficient where it *is* one (end knots, coefficients of free families), and all of a
     curve whose values are all held; other held knots become equations of very large weight.
     """
-    mask = np.ones((prepared.curves.coefficient_count, 3))
-    for number, curve in enumerate(prepared.network.curves):
-        start = prepared.curves.coefficient_start[number]
-        if (curve.sigma == 0.0).all():
-            mask[start : prepared.curves.coefficient_start[number + 1]] = 0.0
-            continue
-        if not (curve.sigma == 0.0).any():
-            continue
-        rows, columns, _ = prepared.curves.bases[number].pure_values()
-        held, component = np.nonzero(curve.sigma[rows] == 0.0)
-        mask[start + columns[held], component] = 0.0
+    curves, given = prepared.curves, prepared.network.curves
+    count = np.array([3 * len(curve.sigma) for curve in given], dtype=np.int64)
+    held = np.concatenate([np.zeros(0), *(curve.sigma.ravel() for curve in given)]) == 0.0
+    held_of = np.bincount(np.repeat(np.arange(len(given)), count)[held], minlength=len(given))
+    free = (held_of < count) | (count == 0)
+    mask = np.repeat(free.astype(np.float64), np.diff(curves.coefficient_start))[:, None] * np.ones(3)
+    for number in np.flatnonzero(free & (held_of > 0)).tolist():
+        rows, columns, _ = curves.bases[number].pure_values()
+        place, component = np.nonzero(given[number].sigma[rows] == 0.0)
+        mask[curves.coefficient_start[number] + columns[place], component] = 0.0
     return mask
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import overload
 
 import numpy as np
@@ -42,6 +43,59 @@ class CurveColumns(Sequence[CurveResult]):
     n_images: IntArray  # (nc,)
     conics: Mapping[int, ConicElements]
     ellipses: Mapping[int, Ellipse]
+
+    @classmethod
+    def of(cls, curves: Sequence[CurveResult]) -> CurveColumns:
+        """The columns of results of curves; those that are columns already are not copied."""
+        if isinstance(curves, cls):
+            return curves
+        segments = [curve.segments for curve in curves]
+        return cls(
+            value_bounds=_bounds([curve.values for curve in curves]),
+            values=_stacked([curve.values for curve in curves], 3),
+            values_dispersion=_stacked([curve.values_dispersion for curve in curves], 3, 3),
+            reference=_stacked([curve.reference for curve in curves], 3),
+            knot_bounds=_bounds([curve.knots for curve in curves]),
+            knots=_stacked([curve.knots for curve in curves], 3),
+            knot_parameters=_stacked([curve.knot_parameters for curve in curves]),
+            knot_sigma=_stacked([curve.knot_sigma for curve in curves], 3),
+            along_sigma=_stacked([curve.along_sigma for curve in curves]),
+            segment_bounds=_bounds([each.interval for each in segments]),
+            segments=SegmentCoefficients(
+                _stacked([each.interval for each in segments], 2),
+                _stacked([each.coefficients for each in segments], 4, 3),
+                _stacked([each.sigma for each in segments], 4, 3),
+            ),
+            without_segments=frozenset(k for k, each in enumerate(segments) if not len(each.interval)),
+            sample_bounds=_bounds([curve.sample_u for curve in curves]),
+            sample_u=_stacked([curve.sample_u for curve in curves]),
+            sample_xyz=_stacked([curve.sample_xyz for curve in curves], 3),
+            sample_across=_stacked([curve.sample_across for curve in curves], 2),
+            sample_across_direction=_stacked([curve.sample_across_direction for curve in curves], 3),
+            sigma_across_max=np.array([curve.sigma_across_max for curve in curves], dtype=np.float64),
+            sigma_across_mean=np.array([curve.sigma_across_mean for curve in curves], dtype=np.float64),
+            rms_across_mm=np.array([curve.rms_across_mm for curve in curves], dtype=np.float64),
+            n_observations=np.array([curve.n_observations for curve in curves], dtype=np.int64),
+            n_images=np.array([curve.n_images for curve in curves], dtype=np.int64),
+            conics={k: curve.conic for k, curve in enumerate(curves) if curve.conic is not None},
+            ellipses={k: curve.ellipse for k, curve in enumerate(curves) if curve.ellipse is not None},
+        )
+
+    @cached_property
+    def segment_counts(self) -> IntArray:
+        """Number of segments with powers of every curve, (nc,)."""
+        counts = np.diff(self.segment_bounds)
+        counts[list(self.without_segments)] = 0
+        return counts
+
+    @cached_property
+    def power_segments(self) -> SegmentCoefficients:
+        """Segments of all curves that have powers, one curve after another."""
+        every, counts = self.segments, np.diff(self.segment_bounds)
+        if (self.segment_counts == counts).all():
+            return every
+        kept = np.repeat(self.segment_counts > 0, counts)
+        return SegmentCoefficients(every.interval[kept], every.coefficients[kept], every.sigma[kept])
 
     def __len__(self) -> int:
         return len(self.n_images)
@@ -94,9 +148,9 @@ class CurveColumns(Sequence[CurveResult]):
         return SegmentCoefficients(every.interval[rows], every.coefficients[rows], every.sigma[rows])
 
 
-def samples_across(curves: Sequence[CurveResult]) -> tuple[FloatArray, IntArray]:
-    """Lateral semi-axes (p, 2) at the samples of all curves, one after another, and their bounds (nc + 1,)."""
-    if isinstance(curves, CurveColumns):
-        return curves.sample_across, curves.sample_bounds
-    bounds = np.cumsum([0, *(len(curve.sample_across) for curve in curves)], dtype=np.int64)
-    return np.concatenate([np.zeros((0, 2)), *(curve.sample_across for curve in curves)]), bounds
+def _bounds(parts: list[FloatArray]) -> IntArray:
+    return np.cumsum([0, *map(len, parts)], dtype=np.int64)
+
+
+def _stacked(parts: list[FloatArray], *shape: int) -> FloatArray:
+    return np.concatenate([np.zeros((0, *shape)), *parts])

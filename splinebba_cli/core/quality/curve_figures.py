@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from splinebba_cli.core.estimation.curve_chunks import CHUNK, CurveChunk, CurveEquations, curve_chunk
+from splinebba_cli.core.estimation.curve_chunks import CHUNK, CurveChunk, CurveChunks, CurveEquations
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.row_groups import RowGroups
 from splinebba_cli.core.threads import in_threads
@@ -49,15 +49,16 @@ def curve_figures(cofactors: Cofactors) -> CurveFigures:
     keys = observed.image * len(curves.bases) + observed.curve
     order = np.arange(len(keys)) if (keys[1:] >= keys[:-1]).all() else np.argsort(keys, kind="stable")
     weights, _ = cofactors.orientation_weights, cofactors.segments  # both before threads ask for them
+    chunks = CurveChunks.at(assembler, at.state)
 
     def take(points: IntArray) -> None:
-        chunk = curve_chunk(assembler, cofactors.solution.state, points, np.arange(len(points)))
+        chunk = chunks.of(points, np.arange(len(points)))
         leverage, share = _taken_up(cofactors, weights, chunk)
         number = equations.put(chunk)
         is_equation = number >= 0
         found.leverage[number[is_equation]] = leverage[is_equation]
         found.orientation_share[number[is_equation]] = share[is_equation]
-        along = chunk.rows.point[len(points) :]
+        along = chunk.point[len(points) :]
         is_free = free[points[along]]
         speed = chunk.rows.speed[along[is_free]]
         inverse = 1.0 / np.where(speed > 0.0, speed, np.inf)
@@ -69,10 +70,10 @@ def curve_figures(cofactors: Cofactors) -> CurveFigures:
 
 def _taken_up(cofactors: Cofactors, weights: FloatArray, chunk: CurveChunk) -> tuple[FloatArray, FloatArray]:
     """Leverages of the equations of a chunk, and the share of the orientation of their image, (k,) each."""
-    assembler, rows = cofactors.assembler, chunk.rows
+    assembler = cofactors.assembler
     size = assembler.orientation_size
-    groups = RowGroups.of(rows.image * len(assembler.prepared.curves.left) + rows.segment)
-    image, segment = rows.image[groups.representative], rows.segment[groups.representative]
+    groups = RowGroups.of(chunk.image * len(assembler.prepared.curves.left) + chunk.segment)
+    image, segment = chunk.image[groups.representative], chunk.segment[groups.representative]
     padded = np.concatenate([chunk.jacobian, np.zeros((1, chunk.jacobian.shape[1]))])
     leverage, share = np.zeros(len(padded)), np.zeros(len(padded))
     moved = None if cofactors.datum is None or not size else reached_by_datum(cofactors, chunk)
@@ -90,14 +91,17 @@ def _taken_up(cofactors: Cofactors, weights: FloatArray, chunk: CurveChunk) -> t
 
 def reached_by_datum(cofactors: Cofactors, chunk: CurveChunk) -> FloatArray:
     """G_i H'a' of the equations of a chunk, and a row of zeros, (k + 1, 6)."""
-    assembler, rows, datum = cofactors.assembler, chunk.rows, cofactors.datum
+    assembler, image, datum = cofactors.assembler, chunk.image, cofactors.datum
     assert datum is not None
-    columns = assembler.prepared.curves.columns[rows.segment]
-    local = chunk.jacobian[:, assembler.orientation_size :]
+    columns = assembler.prepared.curves.columns[chunk.segment]
+    size = assembler.orientation_size
+    local = chunk.jacobian[:, size:]
     onto = np.einsum(
-        "ki,kid->kd", rows.orientation * datum.image_mask[rows.image], datum.partner.orientation[rows.image]
+        "ki,kid->kd",
+        chunk.rows.jacobian[:, :size] * datum.image_mask[image],
+        datum.partner.orientation[image],
     )
     partner = datum.partner.coefficients * assembler.layout.coefficient_mask[:, :, None]
     onto += np.einsum("kp,kpd->kd", local, partner[columns].reshape(*local.shape, -1))
-    moved = np.einsum("kid,kd->ki", datum.columns.directions.orientation[rows.image], onto)
+    moved = np.einsum("kid,kd->ki", datum.columns.directions.orientation[image], onto)
     return np.concatenate([moved, np.zeros((1, moved.shape[1]))])

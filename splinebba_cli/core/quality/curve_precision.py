@@ -14,10 +14,9 @@ from splinebba_cli.core.curves.basis import MAX_POWER
 from splinebba_cli.core.curves.curve_set import CurveSet
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.core.quality.cofactors import Cofactors
-from splinebba_cli.core.quality.curve_values import weighted
+from splinebba_cli.core.row_groups import RowGroups
 
 SAMPLES = np.linspace(0.0, 1.0, 5)[:-1]
-CHUNK = 50_000  # places at once
 
 
 @dataclass(frozen=True)
@@ -86,12 +85,14 @@ def window_dispersion(
     every = len(distinct) == len(curves.left)
     windows = cofactors.coefficient_windows(curves.columns if every else curves.columns[distinct])
     support = curves.support
-    blocks = windows.reshape(len(distinct), support, 3, support, 3)
-    out = np.empty((len(segment), 3, 3))
-    for begin in range(0, len(out), CHUNK):
-        own = slice(begin, begin + CHUNK)
-        out[own] = weighted(weights[own], blocks[inverse[own]])
-    return out
+    blocks = windows.reshape(len(distinct), support, 9 * support)
+    padded = np.concatenate([weights, np.zeros((1, support))])
+    out = np.empty((len(padded), 3, 3))
+    for chosen, members in RowGroups.of(inverse).batches(9 * support):
+        own = padded[members]
+        half = np.matmul(own, blocks[chosen]).reshape(*own.shape[:2], 3, support, 3)
+        out[members] = np.sum(half * own[:, :, None, :, None], axis=3)
+    return out[:-1]
 
 
 def segment_coefficients(cofactors: Cofactors, scale: float) -> tuple[FloatArray, FloatArray]:

@@ -9,11 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
-from splinebba_cli.core.estimation.design_matrix import design_matrix, unknown_count
+from splinebba_cli.core.estimation.design_matrix import design_matrix
 from splinebba_cli.core.estimation.gauss_markov import Solution
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
 from splinebba_cli.core.estimation.null_names import ORIENTATION
 from splinebba_cli.core.estimation.numerical_rank import rounding_limit, scaled_columns
+from splinebba_cli.core.estimation.parameters import ParameterLayout
 from splinebba_cli.core.estimation.rank_diagnosis import null_space
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.quality.null_problems import null_problems
@@ -50,6 +51,11 @@ def require_determined(prepared: Prepared, solved: ConditionedSolution) -> None:
         raise SingularNetworkError(weak)
 
 
+def rank_is_looked_at(layout: ParameterLayout) -> bool:
+    """Whether a network is small enough for a dense look at its rank."""
+    return layout.free_count <= EARLY_LIMIT
+
+
 def require_rank(assembler: Assembler, at: Linearization) -> None:
     """Refuse a network (small: EARLY_LIMIT) that is singular at its approximate values, before any iteration.
 
@@ -58,6 +64,8 @@ def require_rank(assembler: Assembler, at: Linearization) -> None:
     SingularNetworkError
         Naming the null directions of all equations, conditions included.
     """
+    if not rank_is_looked_at(assembler.layout):
+        return
     problems = null_problems(null_space(assembler, at), assembler.layout, assembler.prepared.network)
     if problems:
         raise SingularNetworkError(problems)
@@ -102,7 +110,7 @@ def object_distance(prepared: Prepared, solved: ConditionedSolution) -> FloatArr
 def _weak_by_design(prepared: Prepared, solved: ConditionedSolution) -> list[Problem]:
     """Images that no solution of a small network could determine: from its design, where there is no factor."""
     assembler, at = solved.assembler, solved.solution.linearization
-    if unknown_count(assembler.layout) > EARLY_LIMIT:
+    if not rank_is_looked_at(assembler.layout):
         return []
     sigma = _design_sigma(assembler, at)
     return [

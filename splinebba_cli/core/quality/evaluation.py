@@ -94,14 +94,25 @@ class _Figures:
 
 
 def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> AdjustmentResult:
-    """Everything that follows from a solution."""
+    """Everything that follows from a solution; the cofactors are given up before the model as a whole is tested."""
+    result, numbers = _evaluated(adjusted, full_dispersion)
+    return with_model_evidence(result, adjusted.solved, numbers, adjusted.weights)
+
+
+def _evaluated(adjusted: Adjusted, full_dispersion: bool) -> tuple[AdjustmentResult, RedundancyNumbers]:
+    """All but the evidence about the model as a whole."""
     figures = _Figures.of(adjusted)
-    prepared, solved, solution = adjusted.prepared, adjusted.solved, adjusted.solved.solution
+    prepared, solution = adjusted.prepared, adjusted.solved.solution
     tables = _residual_tables(figures)
     samples = curve_samples(figures.cofactors, figures.scale)
     on_curves = tables["curve_residuals"]
     worst = influences(
-        figures.cofactors, solved, figures.numbers, on_curves, tables["point_residuals"], figures.delta0
+        figures.cofactors,
+        adjusted.solved,
+        figures.numbers,
+        on_curves,
+        tables["point_residuals"],
+        figures.delta0,
     )
     result = AdjustmentResult(
         network=_with_knot_parameters(prepared),
@@ -127,8 +138,7 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
         *curve_findings(prepared, solution.state),
         *arc_findings(prepared, solution.state),
     )
-    result = replace(result, evidence=evidence, problems=found)
-    return with_model_evidence(result, solved, figures.numbers, adjusted.weights)
+    return replace(result, evidence=evidence, problems=found), figures.numbers
 
 
 def _residual_tables(figures: _Figures) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from splinebba_cli.core.quality.curve_columns import samples_across
+from splinebba_cli.core.quality.curve_columns import CurveColumns
 from splinebba_cli.core.result import AdjustmentResult, GlobalTest, Problem
 
 LITTLE = 0.02  # share of the redundancy that conditions may take without a word
@@ -71,7 +71,8 @@ def _small(test: GlobalTest) -> bool:
 
 def _curves(result: AdjustmentResult) -> list[Problem]:
     """Curves with stretches much weaker across the curve than is usual in this network."""
-    across, bounds = samples_across(result.curves)
+    columns = CurveColumns.of(result.curves)
+    across, bounds = columns.sample_across, columns.sample_bounds
     given = result.network.curves
     own = np.array([curve.role != "control" for curve in given], dtype=bool)
     tied = np.flatnonzero(own & (np.diff(bounds) > 0))

@@ -183,6 +183,9 @@ def _orientations(
 def _largest(figures: FloatArray) -> IntArray:
     """Numbers of the largest finite figures, largest first."""
     finite = np.flatnonzero(np.isfinite(figures))
+    if len(finite) > MOST:
+        last = len(finite) - MOST
+        finite = finite[figures[finite] >= np.partition(figures[finite], last)[last]]
     order = np.argsort(-figures[finite], kind="stable")[:MOST]
     return np.asarray(finite[order], dtype=np.int64)
 

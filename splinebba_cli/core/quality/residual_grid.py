@@ -60,7 +60,9 @@ class _Cells:
         cell = line * self.shape[1] + column
         self.count = np.bincount(cell, minlength=self.shape[0] * self.shape[1]).astype(float)
         self.members = {
-            int(k): own[cell == k] for k in np.flatnonzero(self.count >= FEWEST) if self._both(own[cell == k])
+            k: own[rows_of_cell]
+            for k, rows_of_cell in enumerate(split_by(cell, self.count.size))
+            if len(rows_of_cell) >= FEWEST and self._both(own[rows_of_cell])
         }
 
     def _both(self, own: IntArray) -> bool:

@@ -83,10 +83,16 @@ class ResidualProjector:
         """R E of errors (rows, k), (rows, k)."""
         design, inverse = self.design, self._point_inverse
         over_points = design.points.T @ errors
-        side = design.reduced.T @ errors - design.coupling @ (inverse @ over_points)
-        step = self.factor.solve(np.asarray(side))
+        side = design.over_unknowns(errors)
+        if design.points.nnz:
+            side -= design.coupling @ (inverse @ over_points)
+        step = self.factor.solve(side)
         points = inverse @ (over_points - design.coupling.T @ step)
-        return np.asarray(errors - design.reduced @ step - design.points @ points)
+        shown = design.on_rows(step)
+        np.subtract(errors, shown, out=shown)
+        if design.points.nnz:
+            shown -= design.points @ points
+        return shown
 
     def _batch(self, blocks: list[sparse.csc_array]) -> Iterator[tuple[FloatArray, FloatArray]]:
         together = side_by_side(blocks)

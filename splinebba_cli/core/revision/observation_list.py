@@ -7,6 +7,7 @@ Points come first, then points on curves, arc lengths, tangents, distances; a ve
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -31,43 +32,58 @@ class ObservationList:
     """One entry a measurement."""
 
     network: Network
-    kind: IntArray  # (N,) number in KINDS
-    row: IntArray  # (N,) of the observations of its kind
-    image: IntArray  # (N,) of distances a negative number of their own
-    feature: IntArray  # (N,) points, then curves; of distances as for `image`
-    owners: (
-        IntArray  # (N, 2) entries of the measured curve points at which an arc or tangent ends, -1 for none
-    )
     starts: IntArray  # (kinds + 1,) first entry of every kind
 
     @classmethod
     def of(cls, network: Network) -> ObservationList:
         """The list of a network."""
-        points, curves = network.point_observations, network.curve_observations
-        arcs, tangents = network.arc_lengths, network.tangents
         counts = [len(getattr(network, name)) for _, name in KINDS]
-        starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-        owners = np.full((int(starts[-1]), 2), NONE)
+        return cls(network, np.concatenate([[0], np.cumsum(counts)]).astype(np.int64))
+
+    @cached_property
+    def kind(self) -> IntArray:
+        """Number in KINDS of every entry, (N,)."""
+        return np.repeat(np.arange(len(KINDS)), np.diff(self.starts))
+
+    @cached_property
+    def row(self) -> IntArray:
+        """Numbers among the observations of the same kind, (N,)."""
+        return np.arange(len(self)) - self.starts[self.kind]
+
+    @cached_property
+    def image(self) -> IntArray:
+        """Images, (N,); distances have a negative number of their own."""
+        network, curves = self.network, self.network.curve_observations
+        return np.concatenate(
+            [
+                network.point_observations.image, curves.image, curves.image[network.arc_lengths.first],
+                curves.image[network.tangents.point], -1 - np.arange(len(network.distances)),
+            ]
+        )  # fmt: skip
+
+    @cached_property
+    def feature(self) -> IntArray:
+        """Points, then curves, (N,); of distances as for `image`."""
+        network = self.network
+        of_curve = len(network.points.ids) + network.curve_observations.curve
+        return np.concatenate(
+            [
+                network.point_observations.point, of_curve, of_curve[network.arc_lengths.first],
+                of_curve[network.tangents.point], -1 - np.arange(len(network.distances)),
+            ]
+        )  # fmt: skip
+
+    @cached_property
+    def owners(self) -> IntArray:
+        """Entries of the measured curve points at which an arc or tangent ends, (N, 2), NONE for none."""
+        arcs, tangents, starts = self.network.arc_lengths, self.network.tangents, self.starts
+        owners = np.full((len(self), 2), NONE)
         owners[starts[ARCS] : starts[ARCS + 1]] = starts[CURVES] + np.stack([arcs.first, arcs.second], axis=1)
-        own = -1 - np.arange(len(network.distances))
         owners[starts[TANGENTS] : starts[DISTANCES], 0] = starts[CURVES] + tangents.point
-        of_curve = len(network.points.ids) + curves.curve
-        return cls(
-            network=network,
-            kind=np.repeat(np.arange(len(KINDS)), counts),
-            row=np.concatenate([np.arange(count) for count in counts]),
-            image=np.concatenate(
-                [points.image, curves.image, curves.image[arcs.first], curves.image[tangents.point], own]
-            ),
-            feature=np.concatenate(
-                [points.point, of_curve, of_curve[arcs.first], of_curve[tangents.point], own]
-            ),
-            owners=owners,
-            starts=starts,
-        )
+        return owners
 
     def __len__(self) -> int:
-        return len(self.kind)
+        return int(self.starts[-1])
 
     def part(self, values: Any, kind: int) -> Any:
         """The entries of one kind of an array over the list."""
@@ -93,6 +109,8 @@ class ObservationList:
 
     def orphans(self, gone: BoolArray) -> BoolArray:
         """Arcs and tangents that end at a measured point that is gone, (N,)."""
+        if not gone.any():
+            return np.zeros(len(self), dtype=bool)
         has = self.owners >= 0
         return np.asarray((has & gone[np.where(has, self.owners, 0)]).any(axis=1) & ~gone)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy import sparse
 
 from splinebba_cli.core.estimation import half_solution
@@ -33,6 +34,18 @@ def test_all_products(maker: Maker) -> None:
     columns = columns_of(case, 7)
     expected = columns.toarray().T @ np.linalg.solve(case.matrix.to_dense(), columns.toarray())
     found = gram(factor_of(case), columns)
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=TOLERANCE * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("alone", [0, 10**9])
+def test_leaves_in_batches_or_alone(alone: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whether a batch of leaves is worked on as one does not change the products."""
+    case = build(curves_and_images)
+    columns, factor = columns_of(case, 7), factor_of(case)
+    assert factor.symbolic.batches
+    monkeypatch.setattr(half_solution, "ALONE", alone)
+    expected = columns.toarray().T @ np.linalg.solve(case.matrix.to_dense(), columns.toarray())
+    found = gram(factor, columns)
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=TOLERANCE * np.abs(expected).max())
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import astuple, fields
 from functools import cache
 
 import numpy as np
@@ -10,7 +10,7 @@ import pytest
 
 from splinebba_cli.core.adjustment import adjust
 from splinebba_cli.core.curves.registry import basis_of
-from splinebba_cli.core.quality.curve_columns import CurveColumns, samples_across
+from splinebba_cli.core.quality.curve_columns import CurveColumns
 from splinebba_cli.core.result import AdjustmentResult
 from tests.core.small_networks import mixed_network
 
@@ -60,9 +60,14 @@ def test_as_a_sequence() -> None:
         curves[len(curves)]
 
 
-def test_samples_of_all_curves_however_they_are_held() -> None:
-    columns, alone = samples_across(result().curves), samples_across(tuple(result().curves))
-    for found, expected in zip(alone, columns, strict=True):
+def test_columns_of_results_one_by_one() -> None:
+    columns, alone = CurveColumns.of(result().curves), CurveColumns.of(tuple(result().curves))
+    for field in fields(CurveColumns):
+        found, expected = getattr(alone, field.name), getattr(columns, field.name)
+        if isinstance(expected, np.ndarray) and not field.name.startswith("segment"):
+            np.testing.assert_array_equal(found, expected, field.name)
+    assert (columns.conics.keys(), columns.ellipses.keys()) == (alone.conics.keys(), alone.ellipses.keys())
+    np.testing.assert_array_equal(alone.segment_counts, columns.segment_counts)
+    for found, expected in zip(astuple(alone.power_segments), astuple(columns.power_segments), strict=True):
         np.testing.assert_array_equal(found, expected)
-    other = replace(result(), curves=())
-    assert samples_across(other.curves)[0].shape == (0, 2)
+    assert CurveColumns.of(()).sample_across.shape == (0, 2)
