@@ -108,10 +108,11 @@ def solve_with_conditions(
     if not select or not len(gauge):
         return best
     settling = np.zeros(len(gauge), dtype=bool)  # conditions without which nothing settles
+    returned = np.zeros(len(gauge), dtype=np.int64)  # how often a condition came back: after twice it stays
     for _ in range(ROUNDS):
         if not best.solution.converged:
             break
-        keep = kept_conditions(gauge, active, best) | settling
+        keep = kept_conditions(gauge, active, best) | settling | (returned > 1)
         if np.array_equal(keep, active):
             break
         found = with_conditions(keep, best.solution.state, 0.0)
@@ -123,5 +124,6 @@ def solve_with_conditions(
             found = with_conditions(keep, found.solution.state, 0.0)
         if not found.solution.converged:
             break
+        returned += keep & ~active
         active, best = keep, found
     return best
