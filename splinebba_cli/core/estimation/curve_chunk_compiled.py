@@ -2,6 +2,7 @@
 
 For every window: its segments in the photo frame, then point by point the row across (and along, where it stays), its
 product with itself, and at last the parts of the window where they belong.  Rows are padded to whole vectors.
+What is done to a point stands in both kernels: as a function of its own it makes them a fifth to twice as slow.
 """
 
 from __future__ import annotations
