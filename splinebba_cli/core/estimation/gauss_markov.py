@@ -194,7 +194,7 @@ class _Run:
     def settled(self, step: _Step, at: Linearization) -> bool:
         """Whether a step is negligible, or small while neither it nor the cost shrinks any more."""
         contracting = step.length <= CONTRACTING * self.last_length
-        rapid = step.length <= RAPID * self.last_length
+        rapid = bool(np.isfinite(self.last_length)) and step.length <= RAPID * self.last_length
         stationary = (
             self.last_decrease <= UNCHANGED * at.cost and step.length <= self.stationary and not contracting
         )

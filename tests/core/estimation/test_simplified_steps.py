@@ -110,3 +110,13 @@ def test_behind_a_camera() -> None:
     prepared: Prepared = assembler.prepared
     assert prepared is not None
     assert simplified_step(assembler, solution.factor, replace(solution.state, position=position)) is None
+
+
+def test_from_the_solution_no_step_is_taken() -> None:
+    """The first step is below the bound: adjusting again changes nothing, not even last digits."""
+    assembler, solution = solved()
+    again = solve(assembler, solution.state, max_iterations=10, stage="joint")
+    assert again.converged
+    assert len(again.iterations) == 1
+    assert np.array_equal(again.state.position, solution.state.position)
+    assert np.array_equal(again.state.coefficients, solution.state.coefficients)
