@@ -28,7 +28,8 @@ class Damping:
     @classmethod
     def starting(cls, assembler: Assembler, everywhere: float) -> Damping:
         """The same damping for all."""
-        return cls(everywhere, np.zeros(int((assembler.layout.node_curve >= 0).sum())))
+        stretches = Stretches.of(assembler.layout, assembler.prepared.curves)
+        return cls(everywhere, np.zeros(len(stretches.curve)))
 
     @property
     def none(self) -> bool:

@@ -1,6 +1,6 @@
 """Stretches of curves: the parts of them that damping, restlessness and conditions are decided for.
 
-    one stretch = one node of the reduced system: a short curve, or four coefficients of a long one
+    one stretch = a curve, or one node of the reduced system (four coefficients) of a very long one
 
 One stretch of a coastline of thousands of knots that bends too far must not hold back all others, as one curve must
 not hold back other curves.
@@ -17,6 +17,8 @@ from splinebba_cli.core.estimation.normal_equations import Assembler, Linearizat
 from splinebba_cli.core.estimation.parameters import ParameterLayout
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 
+LONG = 32  # nodes beyond which a curve is divided
+
 
 @dataclass(frozen=True)
 class Stretches:
@@ -27,20 +29,24 @@ class Stretches:
     curve: IntArray  # (s,) curve of every stretch
     first: IntArray  # (nc,) first stretch of every curve
     whole: BoolArray  # (s,) the stretch is all of its curve
+    of_node: IntArray  # (k,) stretch of every node of curves
 
     @classmethod
     def of(cls, layout: ParameterLayout, curves: CurveSet) -> Stretches:
         """Those of a layout."""
-        curve = layout.node_curve[layout.node_curve >= 0]
-        number = np.bincount(curve, minlength=len(curves.bases))
-        return cls(layout, curves, curve, np.cumsum(number) - number, number[curve] == 1)
+        of_nodes = layout.node_curve[layout.node_curve >= 0]
+        nodes = np.bincount(of_nodes, minlength=len(curves.bases))
+        number = np.where(nodes > LONG, nodes, np.minimum(nodes, 1))
+        first = np.cumsum(number) - number
+        within = np.arange(len(of_nodes)) - (np.cumsum(nodes) - nodes)[of_nodes]
+        of_node = first[of_nodes] + np.where(nodes[of_nodes] > LONG, within, 0)
+        curve = np.repeat(np.arange(len(nodes)), number)
+        return cls(layout, curves, curve, first, number[curve] == 1, of_node)
 
     def of_columns(self, columns: IntArray) -> IntArray:
         """Stretch of windows of coefficients (n, w), that of the second: (n,)."""
-        return np.asarray(
-            self.layout.node_of_coefficient[columns[:, min(1, columns.shape[1] - 1)]]
-            - self.layout.image_count
-        )
+        node = self.layout.node_of_coefficient[columns[:, min(1, columns.shape[1] - 1)]]
+        return self.of_node[node - self.layout.image_count]
 
     def of_segments(self) -> IntArray:
         """Stretch of every segment, (S,)."""
@@ -58,7 +64,7 @@ class Stretches:
     def of_unknowns(self, values: FloatArray) -> FloatArray:
         """Values of stretches (s,) for all reduced unknowns, (N,); 0 for those of images and points."""
         of_nodes = np.zeros(len(self.layout.node_sizes))
-        of_nodes[self.layout.image_count : self.layout.image_count + len(values)] = values
+        of_nodes[self.layout.image_count : self.layout.image_count + len(self.of_node)] = values[self.of_node]
         return np.repeat(of_nodes, self.layout.node_sizes)
 
     def with_neighbours(self, chosen: BoolArray) -> BoolArray:

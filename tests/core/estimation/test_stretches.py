@@ -5,9 +5,11 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+import pytest
 
 from benchmarks.coastline_block import Coastline, coastline_network
 from splinebba_cli.core.approximation.starting_values import starting_state
+from splinebba_cli.core.estimation import stretches as stretches_module
 from splinebba_cli.core.estimation.damping import Damping
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
 from splinebba_cli.core.estimation.parameters import layout_of
@@ -17,6 +19,12 @@ from splinebba_cli.core.observations.location_search import search_locations
 from splinebba_cli.core.observations.locations import held_locations
 from splinebba_cli.core.state import prepare
 from splinebba_cli.simulation.six_image_block import simulate_block
+
+
+@pytest.fixture(autouse=True)
+def _short_curves_are_long(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Curves of a few nodes are divided as well."""
+    monkeypatch.setattr(stretches_module, "LONG", 1)
 
 
 @cache
@@ -76,3 +84,14 @@ def test_damping_of_a_stretch_is_on_its_coefficients_alone() -> None:
     unknowns = layout.unknown_of_coefficient[12:16, None] + np.arange(3)
     assert set(np.flatnonzero(extra).tolist()) == set(unknowns.ravel().tolist())
     assert damping.everywhere == 0.0
+
+
+def test_curves_of_usual_length_are_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stretches_module, "LONG", 32)
+    assembler, _, _ = coast()
+    stretches = Stretches.of(assembler.layout, assembler.prepared.curves)
+    assert len(stretches.curve) == len(assembler.prepared.curves.bases)
+    assert stretches.whole.all()
+    values = stretches.of_unknowns(np.arange(1.0, len(stretches.curve) + 1))
+    curve = np.repeat(assembler.layout.node_curve, assembler.layout.node_sizes)
+    assert np.array_equal(values, np.where(curve >= 0, curve + 1.0, 0.0))
