@@ -28,8 +28,11 @@ from tests.core.small_networks import mixed_network
 
 @cache
 def network() -> Network:
-    """Six images and splines alone, every knot weighted about its start, so that iterations contract slowly."""
-    block, _ = simulate_block("six-image", 3, 5.0)
+    """Six images with priors and splines alone, every knot weighted, so that iterations contract slowly."""
+    block, truth = simulate_block("six-image", 3, 5.0)
+    sigma = np.tile([1e-4, 1e-4, 1e-4, 0.1, 0.1, 0.1], (len(block.images.ids), 1))
+    images = replace(block.images, prior=truth.eop.copy(), prior_sigma=sigma)
+    block = replace(block, images=images)
     curves = tuple(
         curve if (curve.sigma == 0.0).all() else replace(curve, sigma=np.full(curve.sigma.shape, 2.0))
         for curve in block.curves

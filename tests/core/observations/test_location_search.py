@@ -88,7 +88,7 @@ def smooth(seed: int) -> FloatArray:
     return np.cumsum(step, axis=0) - 60.0
 
 
-@pytest.mark.parametrize("spread_mm", [0.005, 0.5, 3.0])
+@pytest.mark.parametrize("spread_mm", [0.005, 0.5, 3.0, 25.0])  # radii of curvature are some 15 mm
 @pytest.mark.parametrize("seed", range(3))
 def test_sure_points_are_nearest(spread_mm: float, seed: int) -> None:
     """No sample of the curve, some 300 a segment, is nearer than a foot point that is called certain."""
