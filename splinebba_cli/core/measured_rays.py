@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -25,6 +26,20 @@ class MeasuredRays:
             first if np.array_equal(whitening, np.broadcast_to(first * np.eye(2), whitening.shape)) else None
         )
         return cls(np.ascontiguousarray(xy.T), np.ascontiguousarray(whitening.transpose(1, 2, 0)), scale)
+
+    @cached_property
+    def axis_ratio(self) -> float:
+        """Longer over shorter axis of the error ellipses, the largest of all; 1 for circles.
+
+        W has singular values a >= b with a^2 + b^2 = |W|^2 and a b = |det W|.
+        """
+        if self.scale is not None or not self.xy.size:
+            return 1.0
+        w = self.whitening
+        square, product = (w * w).sum(axis=(0, 1)), 2.0 * np.abs(w[0, 0] * w[1, 1] - w[0, 1] * w[1, 0])
+        root = np.sqrt(np.maximum(square * square - product * product, 0.0))
+        weighted = product > 0.0
+        return float(np.max((square + root)[weighted] / product[weighted], initial=1.0))
 
     def __getitem__(self, points: slice | IntArray | BoolArray) -> MeasuredRays:
         """Some of the points."""

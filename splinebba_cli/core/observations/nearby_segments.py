@@ -114,7 +114,8 @@ def _near_groups(
     crossing = ~seen & (depth > -reach).reshape(shape)
     apart, size = apart.reshape(shape), size.reshape(shape)
     nearest = np.where(seen, apart + size, np.inf).min(axis=1)
-    farthest = nearest + 2.0 * radius
+    # nearest in sigma may be farther away in the photo, by the ratio of the axes of the error ellipses
+    farthest = prepared.rays_by_component.axis_ratio * (nearest + radius) + radius
     near = (seen & (apart - size <= farthest[:, None])) | crossing
     c, middle = prepared.principal_distance[image], np.linalg.norm(centre, axis=1)
     near &= aside <= (np.arctan2(middle + farthest, c) + np.arctan2(middle, c))[:, None]

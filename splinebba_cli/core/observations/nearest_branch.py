@@ -8,7 +8,8 @@ A measured point at distance d from its foot point: a nearer place would lie in 
   curve that begins and ends in the circle stays within 5 d.
 
 So d < m^2 / (10 M), with a factor of 2 for safety, is enough: for a whole curve that is smooth and nowhere turns more
-than 60 degrees from its chord, or for the segment of the foot point and its neighbours.  The rest is searched.
+than 60 degrees from its chord, or for the segment of the foot point and its neighbours.  The rest is searched, and
+everything is where error ellipses are no circles: distances in the photo then do not tell what is nearest in sigma.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from splinebba_cli.core.threads import in_threads
 
 WHOLE = 16  # segments of a curve up to which this is asked
 REACH = 20.0
+ROUND = 1.1  # ratio of the axes of error ellipses up to which these are circles
 FORWARD = 0.5  # cosine of the largest angle of a whole curve against its chord
 STRAIGHT = 0.866  # cosine of the largest angle against the chord, and between chords of neighbours
 SMOOTH = 1e-6  # 1 - cosine of the angle at a joint
@@ -41,7 +43,7 @@ def surely_nearest(prepared: Prepared, state: State) -> BoolArray:
     """Whether each foot point (n,) is certainly nearest; only for points that are on single curves of powers."""
     tracks, curves = prepared.tracks, prepared.curves
     out = np.zeros(len(state.location), dtype=bool)
-    if not len(out):
+    if not len(out) or prepared.rays_by_component.axis_ratio > ROUND:
         return out
     polynomials = curves.segment_polynomials(state.coefficients)[:, :4]
 
