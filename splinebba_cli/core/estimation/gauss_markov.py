@@ -34,9 +34,7 @@ from splinebba_cli.core.result import Iteration
 from splinebba_cli.core.state import State, on_shape
 
 VANISHING = 1e-6  # of sigma
-NEGLIGIBLE = (
-    2e-3  # of the estimated sigma, for the worst of all functions of the unknowns; single ones are far better
-)
+NEGLIGIBLE = 2e-3  # of the estimated sigma, for the worst of all functions of the unknowns
 RAPID = 0.02  # of the last step: shrinking faster, one more iteration brings many digits
 STATIONARY = 5e-2  # of sigma, where the cost no longer changes
 PIVOT_TOLERANCE = 1e-14
@@ -44,7 +42,7 @@ TRIAL_STEPS = 12  # of Newton's method for the foot points
 UNCHANGED = 1e-7  # of the cost
 CONTRACTING = 0.3  # of the last step: iterations that shrink faster go on
 MUCH_WORSE = 1.5
-SAME_LOCATION = 1e-8
+SAME_LOCATION = 1e-8  # of its value
 MUCH_OF_IT = 0.1  # of what all stretches got worse together
 OWN_LIMIT = 1.0  # damping of one stretch beyond which it is no longer held back
 FORGETTING = 0.8  # per step

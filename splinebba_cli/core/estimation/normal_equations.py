@@ -205,7 +205,7 @@ class Assembler:
         Raises
         ------
         FloatingPointError
-            If a curve point lies behind a camera.
+            If a curve point lies behind a camera, or a location has left its block.
         """
         if self._normals is None or self._blocks_change(located):
             raise FloatingPointError("a location has left its block")

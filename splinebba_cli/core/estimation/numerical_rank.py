@@ -27,11 +27,6 @@ def scaled_columns(matrix: FloatArray) -> tuple[FloatArray, BoolArray]:
     return matrix / np.where(reached, length, 1.0)[..., None, :], reached
 
 
-def numerical_rank(matrix: FloatArray) -> int:
-    """Number of singular values above rounding."""
-    return int(numerical_ranks(matrix[None])[0])
-
-
 def numerical_ranks(matrices: FloatArray) -> IntArray:
     """Number of singular values above rounding of every matrix (g, rows, columns), (g,); zero rows change nothing."""
     return nested_ranks(matrices, matrices.shape[2])[1]

@@ -48,7 +48,10 @@ def applicable(assembler: Assembler) -> bool:
 
 
 def simplified_step(assembler: Assembler, factor: Factor, state: State) -> SimplifiedStep | None:
-    """The step from a state whose locations are foot points; None where something lies behind a camera."""
+    """The step from a state whose locations are foot points; None where there is none.
+
+    There is none where something lies behind a camera, or a location has left its block (the pattern would change).
+    """
     prepared, rows = assembler.prepared, assembler.coefficient_rows
     side = np.zeros(int(assembler.layout.node_starts[-1]))
     held = np.zeros(len(prepared.network.curve_observations), dtype=bool)

@@ -5,8 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from splinebba_cli.core.estimation.numerical_rank import nested_ranks, numerical_rank, numerical_ranks
+from splinebba_cli.core.estimation.numerical_rank import nested_ranks, numerical_ranks
 from splinebba_cli.core.network import FloatArray
+
+
+def numerical_rank(matrix: np.ndarray) -> int:
+    return int(numerical_ranks(matrix[None])[0])
 
 
 def with_singular_values(values: list[float], rows: int, seed: int) -> FloatArray:
