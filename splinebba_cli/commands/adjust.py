@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -30,6 +28,9 @@ from splinebba_cli.commands.options import (
     VerboseOption,
 )
 from splinebba_cli.errors import ExitCode, SplinebbaError
+
+if TYPE_CHECKING:
+    from splinebba_cli.jobs.adjust_job import AdjustOutcome
 
 
 def adjust(
@@ -62,55 +63,24 @@ def adjust(
     """Adjust a project and write its results: values, dispersion, tests, reports."""
     log = Log(quiet, verbose)
     with expected_errors(as_json=format is CheckFormat.json), _reported(project, junit, format):
-        from splinebba_cli.core.adjustment import adjust as adjust_network
-        from splinebba_cli.output.result_folder import write_result_folder
-        from splinebba_cli.project.acceptance import assess, violations
-        from splinebba_cli.project.adjusted import adjusted_project
-        from splinebba_cli.project.loading import load_project
-        from splinebba_cli.project.overrides import with_outliers
-        from splinebba_cli.report.build import write_reports
-        from splinebba_cli.report.console import ConsoleSummary
-        from splinebba_cli.report.result_data import ResultData
+        from splinebba_cli.jobs.adjust_job import AdjustOptions, run_adjustment
 
-        start = time.perf_counter()
-        loaded = load_project(project)
-        if outliers is not None:
-            loaded = with_outliers(loaded, outliers.value)
-        log.warnings(loaded.diagnostics)
-        read = time.perf_counter()
-        full = dispersion is DispersionChoice.full
-        result = adjust_network(loaded.network, observer=log.iteration, full_dispersion=full)
-        criteria = assess(loaded.model.acceptance, result)
-        failed = violations(criteria)
-        result = replace(result, acceptance=criteria, problems=(*failed, *result.problems))
-        adjusted = time.perf_counter()
-        directory = output if output is not None else default_output(loaded.path)
-        written = write_result_folder(
-            directory,
-            result,
-            loaded=loaded,
-            adjusted_files=adjusted_project(loaded, result, directory),
-            dispersion=dispersion.value,
-            tables=tables.value,
-            reports=lambda folder, new: write_reports(
-                folder, ResultData.of(new), ["text", "html"] if html else ["text"]
-            ),
-            timings={"read": read - start, "adjust": adjusted - read, **result.timings},
+        options = AdjustOptions(
+            output, dispersion.value, tables.value, None if outliers is None else outliers.value, html
         )
-        log.detail(f"read {read - start:.2f} s, adjusted {adjusted - read:.2f} s")
+        done = run_adjustment(project, options, warned=log.warnings, iterated=log.iteration)
+        log.detail(f"read {done.seconds['read']:.2f} s, adjusted {done.seconds['adjust']:.2f} s")
         if junit is not None:
             from splinebba_cli.output.junit import junit_of_criteria
 
-            _write_junit(junit, junit_of_criteria(loaded.name, criteria))
+            _write_junit(junit, junit_of_criteria(done.loaded.name, done.criteria))
         if format is CheckFormat.json:
-            print_json(summary_data(written.content, directory, accepted=not failed))
+            print_json(summary_data(done.content, done.directory, accepted=done.accepted))
         elif format is CheckFormat.github:
-            print_annotations(loaded.path, result.problems)
+            print_annotations(done.loaded.path, done.problems)
         else:
-            console = rich_console()
-            console.print(ConsoleSummary(ResultData(written.content)))
-            console.print(f"Results: {directory}", markup=False, soft_wrap=True)
-    if failed:
+            _print_summary(done)
+    if not done.accepted:
         raise typer.Exit(ExitCode.NOT_ACCEPTED)
 
 
@@ -135,9 +105,13 @@ def _write_junit(path: Path, text: str) -> None:
     write_file_atomically(path, text)
 
 
-def default_output(project: Path) -> Path:
-    """``P.results`` beside ``P.yaml``."""
-    return project.with_name(f"{project.stem}.results")
+def _print_summary(done: AdjustOutcome) -> None:
+    from splinebba_cli.report.console import ConsoleSummary
+    from splinebba_cli.report.result_data import ResultData
+
+    console = rich_console()
+    console.print(ConsoleSummary(ResultData(done.content)))
+    console.print(f"Results: {done.directory}", markup=False, soft_wrap=True)
 
 
 def summary_data(content: dict[str, Any], directory: Path, *, accepted: bool) -> dict[str, Any]:

@@ -73,9 +73,13 @@ def _environment() -> Environment:
     environment.filters["code"] = _code
     environment.filters["cell"] = lambda cell, column: cell_text(column, cell)
     environment.filters["sort_key"] = _sort_key
-    environment.globals["style"] = Markup((_TEMPLATES / "style.css").read_text(encoding="utf-8"))
-    environment.globals["script"] = Markup((_TEMPLATES / "report.js").read_text(encoding="utf-8"))
+    environment.globals["style"] = Markup(_assets("style.css", "figures.css"))
+    environment.globals["script"] = Markup(_assets("report.js", "figures.js"))
     return environment
+
+
+def _assets(*names: str) -> str:
+    return "\n".join((_TEMPLATES / name).read_text(encoding="utf-8") for name in names)
 
 
 def _kind(block: Block) -> str:

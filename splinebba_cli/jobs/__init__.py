@@ -1,0 +1,1 @@
+"""Whole jobs, from the project file to the result folder, without a console."""

@@ -1,0 +1,2 @@
+"use strict";
+// Figures that can be enlarged and asked.
