@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import logging
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +16,8 @@ from splinebba_cli.project.network_builder import build_network
 from splinebba_cli.project.schema_errors import HOLD_WHEN_MENDED, validate
 from splinebba_cli.project.table_reader import TableReader
 from splinebba_cli.project.yaml_source import read_yaml
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,7 @@ def load_project(path: Path | str, purpose: Purpose = "adjustment") -> LoadedPro
     path = Path(path)
     if path.is_dir():
         path = path / "project.yaml"
+    _log.info("reading %s", path)
     collector = Collector()
     source = read_yaml(path, collector)
     model, as_written = (None, False) if source is None else validate(source, collector)
