@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from splinebba_cli.commands.console import Log, expected_errors, print_json, rich_console
-from splinebba_cli.commands.options import FormatOption, OutputFormat, QuietOption
+from splinebba_cli.commands.options import FormatOption, OutputFormat, QuietOption, VerboseOption
 from splinebba_cli.errors import FitError, OutputError, UsageError
 
 if TYPE_CHECKING:
@@ -83,8 +83,10 @@ def fit(
     format: FormatOption = OutputFormat.text,
     force: Annotated[bool, typer.Option("--force", help="Replace files that are there.")] = False,
     quiet: QuietOption = False,
+    verbose: VerboseOption = 0,
 ) -> None:
     """Fit natural cubic splines with few knots to digitised points, for a project file."""
+    log = Log(quiet, verbose)
     with expected_errors(as_json=format is OutputFormat.json):
         from splinebba_cli.exchange.digitised_lines import ReadingOptions, read_digitised_lines
         from splinebba_cli.report.fit_summary import fit_warnings, splines_yaml
@@ -96,10 +98,11 @@ def fit(
         chosen = None if columns is None else tuple(name.strip() for name in columns.split(","))
         lines, found = read_digitised_lines(points, ReadingOptions(chosen, z, cartesian))
         ids = _ids(lines, id, points.stem)
-        fits = [
-            _fitted(name, line, threshold_m, closed, parameterization.value, corner_angle)
-            for name, line in zip(ids, lines, strict=True)
-        ]
+        with log.working():
+            fits = []
+            for name, line in zip(ids, lines, strict=True):
+                log.stage(f"fitting {name} to {len(line.points)} points")
+                fits.append(_fitted(name, line, threshold_m, closed, parameterization.value, corner_angle))
         warnings = [*found, *fit_warnings(fits, str(points))]
         if figure is not None and image is not None:
             from splinebba_cli.output.atomic import write_file_atomically
@@ -107,7 +110,8 @@ def fit(
 
             write_file_atomically(figure, fit_figure([(f.id, f.spline) for f in fits], image))
         text = splines_yaml(fits, role.value, sigma_m, points.name, threshold_m)
-        _print(fits, warnings, text, target, figure, format, Log(quiet))
+        _print(fits, warnings, text, target, figure, format, log)
+        log.finished()
 
 
 def _sigma_m(role: RoleChoice, sigma: str | None) -> float | None:
