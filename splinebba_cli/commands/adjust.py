@@ -38,7 +38,10 @@ def adjust(
     output: Annotated[
         Path | None,
         typer.Option(
-            "--output", "-o", help="Result folder; replaced as a whole. Default: PROJECT.results beside it."
+            "--output",
+            "-o",
+            metavar="FOLDER",
+            help="Result folder; replaced as a whole. Default: PROJECT.results beside it.",
         ),
     ] = None,
     dispersion: Annotated[
@@ -54,7 +57,9 @@ def adjust(
     html: Annotated[bool, typer.Option("--html/--no-html", help="Whether report.html is written.")] = True,
     junit: Annotated[
         Path | None,
-        typer.Option("--junit", help="JUnit XML to write: one test case a criterion of `acceptance`."),
+        typer.Option(
+            "--junit", metavar="FILE", help="JUnit XML to write: one test case a criterion of `acceptance`."
+        ),
     ] = None,
     format: CheckFormatOption = CheckFormat.text,
     quiet: QuietOption = False,

@@ -38,7 +38,10 @@ def compare(
         ),
     ] = RelationChoice.auto,
     alpha: Annotated[
-        float, typer.Option("--alpha", help="Significance of each kind of test, over all of its subjects.")
+        float,
+        typer.Option(
+            "--alpha", metavar="SHARE", help="Significance of each kind of test, over all of its subjects."
+        ),
     ] = 0.05,
     fail_on_difference: Annotated[
         bool, typer.Option("--fail-on-difference", help="Exit code 1 where anything differs significantly.")

@@ -49,11 +49,17 @@ def fit(
     output: Annotated[
         Path | None,
         typer.Option(
-            "--output", "-o", help="YAML to write, `-` for stdout. Default: POINTS.splines.yaml beside it."
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="YAML to write, `-` for stdout. Default: POINTS.splines.yaml beside it.",
         ),
     ] = None,
     threshold_m: Annotated[
-        float, typer.Option("--threshold-m", help="No point is farther from its spline than this, m.")
+        float,
+        typer.Option(
+            "--threshold-m", metavar="METRES", help="No point is farther from its spline than this, m."
+        ),
     ] = 0.05,
     closed: Annotated[bool, typer.Option("--closed", help="The lines are closed.")] = False,
     parameterization: Annotated[
@@ -61,22 +67,36 @@ def fit(
         typer.Option("--parameterization", help="Locations of the points at the start of the fit."),
     ] = ParameterizationChoice.chord_length,
     id: Annotated[
-        str | None, typer.Option("--id", help="Id of the spline; of several: with a number behind it.")
+        str | None,
+        typer.Option("--id", metavar="ID", help="Id of the spline; of several: with a number behind it."),
     ] = None,
     role: Annotated[RoleChoice, typer.Option("--role", help="Role of the splines.")] = RoleChoice.tie,
     sigma: Annotated[
         str | None,
-        typer.Option("--sigma", help="σ of the knots, m, or `fixed`: control and partial need it."),
+        typer.Option(
+            "--sigma", metavar="METRES", help="σ of the knots, m, or `fixed`: control and partial need it."
+        ),
     ] = None,
     corner_angle: Annotated[
         float | None,
-        typer.Option("--corner-angle", help="Corners where the points turn by more than so many degrees."),
+        typer.Option(
+            "--corner-angle",
+            metavar="DEGREES",
+            help="Corners where the points turn by more than so many degrees.",
+        ),
     ] = None,
-    figure: Annotated[Path | None, typer.Option("--figure", help="Figure to draw: svg, png or pdf.")] = None,
+    figure: Annotated[
+        Path | None, typer.Option("--figure", metavar="FILE", help="Figure to draw: svg, png or pdf.")
+    ] = None,
     columns: Annotated[
-        str | None, typer.Option("--columns", help="Columns of a CSV: x,y,z[,spline], by name or in order.")
+        str | None,
+        typer.Option(
+            "--columns", metavar="NAMES", help="Columns of a CSV: x,y,z[,spline], by name or in order."
+        ),
     ] = None,
-    z: Annotated[float | None, typer.Option("--z", help="Height of points without one, m.")] = None,
+    z: Annotated[
+        float | None, typer.Option("--z", metavar="METRES", help="Height of points without one, m.")
+    ] = None,
     cartesian: Annotated[
         bool, typer.Option("--cartesian", help="Coordinates are metres although they look like degrees.")
     ] = False,

@@ -64,7 +64,7 @@ class LiveProgress(PlainProgress):
         self._bar = Progress(
             *columns, console=live_console(), transient=True, redirect_stdout=False, redirect_stderr=False
         )
-        self._task = self._bar.add_task("", total=None)
+        self._task = self._bar.add_task("starting", total=None)
         self._bar.start()
 
     def line(self, text: str) -> None:

@@ -24,7 +24,12 @@ def report(
     ] = ReportChoice.html,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="File to write. Default: report.html or report.txt in RESULTS."),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="File to write. Default: report.html or report.txt in RESULTS.",
+        ),
     ] = None,
     quiet: QuietOption = False,
     verbose: VerboseOption = 0,

@@ -10,7 +10,9 @@ from splinebba_cli.commands.options import FormatOption, OutputFormat, SchemaCho
 
 
 def schema(
-    which: Annotated[SchemaChoice, typer.Argument(help="Of which file.")] = SchemaChoice.project,
+    which: Annotated[
+        SchemaChoice, typer.Argument(metavar="WHICH", help="Of which file: project, result or campaign.")
+    ] = SchemaChoice.project,
     format: FormatOption = OutputFormat.text,
 ) -> None:
     """Print the JSON Schema of the project file, of result.json or of campaign.json; a schema is JSON anyhow."""
