@@ -1,7 +1,7 @@
 """Ctrl-C and SIGTERM: the run ends in an orderly way, with a short message and exit code 128 + number of the signal.
 
 The signal becomes an exception, so that every ``finally`` takes away what is half done.  While a few files take their
-places, the signal waits (:func:`uninterrupted`).  A second signal ends the program at once; what it then leaves, the
+places, the signal waits (:func:`uninterrupted`).  A third signal ends the program at once; what it then leaves, the
 next run takes away.  Standard library only: this is the first thing that the program imports.
 """
 
@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
+INTERRUPTED = 130  # exit code after Ctrl-C
 _SHELL = 128  # what shells add to the number of a signal
 
 
@@ -55,9 +56,16 @@ def watch_for_interruption() -> None:
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
+    """The first signal asks for an orderly end."""
     for each in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(each, signal.SIG_DFL)  # the second one ends the program at once
+        signal.signal(each, _leave_time)
     raise InterruptedRunError(number)
+
+
+def _leave_time(number: int, frame: FrameType | None) -> None:
+    """The second one does not disturb it: CI systems send both.  The third one ends the program at once."""
+    for each in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(each, signal.SIG_DFL)
 
 
 @contextmanager

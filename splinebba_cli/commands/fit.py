@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from enum import StrEnum
 from pathlib import Path
@@ -154,7 +155,7 @@ def _sigma_m(role: RoleChoice, sigma: str | None) -> float | None:
 
 def _check_targets(targets: list[Path], force: bool) -> None:
     for target in targets:
-        if target.exists() and not force:
+        if os.path.exists(target) and not force:  # a name that is too long does not exist
             raise OutputError("SBB603", f"`{target}` is there already", "choose another name, or --force")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -107,7 +108,7 @@ def _target(target: str, changes: Mapping[str, Any], log: Log) -> Target:
 
     if target in KINDS:
         return block_target(target, changes)
-    if not Path(target).exists():
+    if not os.path.exists(target):
         help = suggestion(target, KINDS) or f"known: {listing(KINDS, 20)}; or give a project"
         raise UsageError("SBB900", f"no kind of block and no project `{target}`", help)
     with log.working():
@@ -132,7 +133,7 @@ def _write(target: Target, request: SingleRequest, log: Log, as_json: bool) -> N
     from splinebba_cli.simulation.targets import write_target
 
     folder, project = request.folder, request.folder / PROJECT_FILE
-    if project.exists() and not request.force:
+    if os.path.exists(project) and not request.force:  # a name that is too long does not exist
         raise OutputError(
             "SBB603", f"`{folder}` holds a project already", "choose another folder, or --force"
         )

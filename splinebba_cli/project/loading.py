@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import logging
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -57,7 +58,7 @@ def load_project(path: Path | str, purpose: Purpose = "adjustment") -> LoadedPro
         If anything is wrong; carries every diagnostic.
     """
     path = Path(path)
-    if path.is_dir():
+    if os.path.isdir(path):  # a name that is too long is none
         path = path / "project.yaml"
     _log.info("reading %s", path)
     collector = Collector()
