@@ -1,4 +1,4 @@
-"""``kill -9`` at random moments of an adjustment: the result folder is the old or the new one, whole.
+"""``kill -9`` (or Ctrl-C, SIGTERM) at random moments of an adjustment: the result folder is the old or the new one.
 
 Two projects of other noise are adjusted in turn into one folder, with ``SOURCE_DATE_EPOCH``, so that all bytes of both
 results are known.  Half of the runs are killed at a moment that is uniform over the time of a whole run, the other half
@@ -12,6 +12,7 @@ import argparse
 import hashlib
 import os
 import random
+import signal
 import subprocess
 import sys
 import tempfile
@@ -22,6 +23,7 @@ from pathlib import Path
 
 VERSIONS = ("a", "b")
 TARGET = "out"
+DONE = (0, 1)  # exit codes of an adjustment that has written its results
 POLL_S = 0.002
 BEYOND = 1.1  # of a phase: some kills come too late, so that none of its moments is left out
 
@@ -37,7 +39,10 @@ class Tally:
     writing: int = 0  # kills that left a half-written folder: they fell into the writing
     after_swap: int = 0  # of these: the new folder had its place already
     found: Counter[str] = field(default_factory=Counter)  # "old", "new", "mixture", "missing"
-    strays: list[str] = field(default_factory=list)  # beside the folder after a whole run
+    strays: list[str] = field(
+        default_factory=list
+    )  # beside the folder after a whole run, or after an orderly end
+    codes: Counter[int] = field(default_factory=Counter)  # exit codes of the runs that got the signal
 
     @property
     def faults(self) -> int:
@@ -103,13 +108,13 @@ def measured(scene: Scene, version: str) -> tuple[float, float]:
             writing = time.perf_counter()
         time.sleep(POLL_S)
     end = time.perf_counter()
-    if process.returncode not in (0, 1):
+    if process.returncode not in DONE:
         raise RuntimeError(f"the adjustment of version {version} ended with {process.returncode}")
     return end - begin, end - (writing or end)
 
 
-def strike(scene: Scene, runs: int, seed: int) -> Tally:
-    """Kill so many runs; after each, look at what is there."""
+def strike(scene: Scene, runs: int, seed: int, number: int = signal.SIGKILL) -> Tally:
+    """Send a signal to so many runs; after each, look at what is there."""
     chance, tally = random.Random(seed), Tally()
     known: dict[Digest, str] = {}
     for version in VERSIONS:
@@ -118,16 +123,18 @@ def strike(scene: Scene, runs: int, seed: int) -> Tally:
     there = VERSIONS[-1]
     if len(known) != len(VERSIONS):
         raise RuntimeError("both results are the same: nothing could be told apart")
-    for number in range(runs):
+    for run in range(runs):
         wanted, before = VERSIONS[1 - VERSIONS.index(there)], scene.half_written()
-        if number % 2:
+        if run % 2:
             process = scene.start(wanted)
             _wait_for_writing(process, scene, before)
-            _kill_after(process, chance.uniform(0.0, BEYOND * writing), tally)
+            _end_after(process, number, chance.uniform(0.0, BEYOND * writing), tally)
         else:
-            _kill_after(scene.start(wanted), chance.uniform(0.0, BEYOND * whole), tally)
+            _end_after(scene.start(wanted), number, chance.uniform(0.0, BEYOND * whole), tally)
         found = known.get(digest(scene.target)) if scene.target.is_dir() else "missing"
         half_written = bool(scene.half_written() - before)
+        if number != signal.SIGKILL:
+            tally.strays += scene.strays()
         tally.writing += half_written
         tally.after_swap += half_written and found == wanted
         tally.found["new" if found == wanted else "old" if found == there else found or "mixture"] += 1
@@ -138,15 +145,19 @@ def strike(scene: Scene, runs: int, seed: int) -> Tally:
     return tally
 
 
-def _kill_after(process: subprocess.Popen[bytes], seconds: float, tally: Tally) -> None:
-    """Kill a process after some time, if it runs still."""
+def _end_after(process: subprocess.Popen[bytes], number: int, seconds: float, tally: Tally) -> None:
+    """Send the signal after some time, if the process runs still."""
     try:
         process.wait(seconds)
         tally.finished += 1
     except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
-        tally.kills += 1
+        process.send_signal(number)
+        code = process.wait()
+        if code in DONE:  # in the meantime
+            tally.finished += 1
+        else:
+            tally.codes[code] += 1
+            tally.kills += 1
 
 
 def _wait_for_writing(process: subprocess.Popen[bytes], scene: Scene, before: set[Path]) -> None:
@@ -159,17 +170,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--runs", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--signal", default="KILL", choices=("KILL", "INT", "TERM"))
     parser.add_argument("--kind", default="six-image-mixed", help="kind of block")
     parser.add_argument("--no-html", action="store_true", help="without report.html: writing is shorter")
     chosen = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        tally = strike(
-            Scene.set_up(Path(folder), chosen.kind, html=not chosen.no_html), chosen.runs, chosen.seed
-        )
-    print(f"{tally.kills} runs killed, {tally.finished} had finished before")
-    print(f"{tally.writing} kills while writing, {tally.after_swap} of them with the new folder in its place")
+        scene = Scene.set_up(Path(folder), chosen.kind, html=not chosen.no_html)
+        tally = strike(scene, chosen.runs, chosen.seed, signal.Signals[f"SIG{chosen.signal}"])
+    codes = ", ".join(f"{count} with exit code {code}" for code, count in sorted(tally.codes.items()))
+    print(f"{tally.kills} runs ended by SIG{chosen.signal} ({codes}), {tally.finished} had finished before")
+    print(
+        f"{tally.writing} left a half-written folder, {tally.after_swap} of them with the new one in its place"
+    )
     print(", ".join(f"{tally.found[name]} {name}" for name in ("old", "new", "mixture", "missing")))
-    print(f"left beside the folder after a whole run: {', '.join(tally.strays) or 'nothing'}")
+    print(f"left beside the folder: {', '.join(tally.strays) or 'nothing'}")
     sys.exit(1 if tally.faults else 0)
 
 
