@@ -1,9 +1,9 @@
 """``kill -9`` (or Ctrl-C, SIGTERM) at random moments of an adjustment: the result folder is the old or the new one.
 
 Two projects of other noise are adjusted in turn into one folder, with ``SOURCE_DATE_EPOCH``, so that all bytes of both
-results are known.  Half of the runs are killed at a moment that is uniform over the time of a whole run, the other half
-at one that is uniform over the time of writing, its end included.  After each kill the folder must be one of the two
-results, file by file; the next run that is not killed must leave nothing beside it.
+results are known.  Half of the runs are killed at a moment that is uniform over the time of a whole run, a quarter at
+one that is uniform over the time of writing, a quarter within milliseconds after the new folder has got its place, while
+the old one is taken away.  After each kill the folder must be one of the two results, file by file; the next run that is not killed must leave nothing beside it.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ VERSIONS = ("a", "b")
 TARGET = "out"
 DONE = (0, 1)  # exit codes of an adjustment that has written its results
 POLL_S = 0.002
+POLL_EXCHANGE_S = 0.0002
+AFTER_EXCHANGE_S = 0.005
 BEYOND = 1.1  # of a phase: some kills come too late, so that none of its moments is left out
 
 Digest = tuple[tuple[str, str], ...]
@@ -125,12 +127,15 @@ def strike(scene: Scene, runs: int, seed: int, number: int = signal.SIGKILL) -> 
         raise RuntimeError("both results are the same: nothing could be told apart")
     for run in range(runs):
         wanted, before = VERSIONS[1 - VERSIONS.index(there)], scene.half_written()
-        if run % 2:
-            process = scene.start(wanted)
+        process = scene.start(wanted)
+        if run % 4 == 3:
+            _wait_for_exchange(process, scene, scene.target.stat().st_ino)
+            _end_after(process, number, chance.uniform(0.0, AFTER_EXCHANGE_S), tally)
+        elif run % 2:
             _wait_for_writing(process, scene, before)
             _end_after(process, number, chance.uniform(0.0, BEYOND * writing), tally)
         else:
-            _end_after(scene.start(wanted), number, chance.uniform(0.0, BEYOND * whole), tally)
+            _end_after(process, number, chance.uniform(0.0, BEYOND * whole), tally)
         found = known.get(digest(scene.target)) if scene.target.is_dir() else "missing"
         half_written = bool(scene.half_written() - before)
         if number != signal.SIGKILL:
@@ -164,6 +169,12 @@ def _wait_for_writing(process: subprocess.Popen[bytes], scene: Scene, before: se
     """Until a run begins to write, or ends."""
     while process.poll() is None and not scene.half_written() - before:
         time.sleep(POLL_S)
+
+
+def _wait_for_exchange(process: subprocess.Popen[bytes], scene: Scene, inode: int) -> None:
+    """Until the new folder has its place, or the run ends."""
+    while process.poll() is None and scene.target.stat().st_ino == inode:
+        time.sleep(POLL_EXCHANGE_S)
 
 
 def main() -> None:

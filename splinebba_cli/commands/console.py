@@ -78,6 +78,7 @@ class Log:
 
         self._progress = progress_for(self.quiet)
         try:
+            self._progress.start()
             with StageListener(self._progress, logging.DEBUG if self.verbose > 1 else logging.INFO):
                 yield
         finally:

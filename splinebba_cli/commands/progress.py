@@ -13,6 +13,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from splinebba_cli.commands.streams import is_terminal, live_console, rich_console
+from splinebba_cli.interruption import uninterrupted
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -50,6 +51,9 @@ class PlainProgress:
         """For what is more than a line."""
         return rich_console(to_stdout=False)
 
+    def start(self) -> None:
+        """Nothing to show yet."""
+
     def close(self) -> None:
         """Nothing to take away."""
 
@@ -65,7 +69,11 @@ class LiveProgress(PlainProgress):
             *columns, console=live_console(), transient=True, redirect_stdout=False, redirect_stderr=False
         )
         self._task = self._bar.add_task("starting", total=None)
-        self._bar.start()
+
+    def start(self) -> None:
+        """Show the line."""
+        with uninterrupted():  # else the cursor stays away
+            self._bar.start()
 
     def line(self, text: str) -> None:
         """A line that stays, above the one that changes."""
@@ -73,7 +81,7 @@ class LiveProgress(PlainProgress):
 
     def stage(self, text: str) -> None:
         """What begins now."""
-        self._bar.update(self._task, description=text)
+        self._bar.update(self._task, description=text, refresh=True)
 
     def iteration(self, step: Iteration, verbose: int) -> None:
         """An iteration is finished; it stays for those who want to know more."""
@@ -87,7 +95,8 @@ class LiveProgress(PlainProgress):
 
     def close(self) -> None:
         """Take the line away; the time that it showed is no result."""
-        self._bar.stop()
+        with uninterrupted():
+            self._bar.stop()
 
 
 class SilentProgress(PlainProgress):

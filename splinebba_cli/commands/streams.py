@@ -2,7 +2,8 @@
 
 Colours (https://no-color.org): none where ``NO_COLOR`` is set and not empty; else where ``FORCE_COLOR`` is set and
 neither empty nor 0; else on a terminal that is not ``TERM=dumb``.  Without colours no control character is written.
-Width: ``COLUMNS``, else that of the terminal, else 120.
+Width: on a terminal ``COLUMNS``, else its own; elsewhere always 120, so that logs and files do not depend on who wrote
+them (``COLUMNS`` is inherited from shells and test runners).
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ from typing import TYPE_CHECKING, Any, TextIO
 if TYPE_CHECKING:
     from rich.console import Console as RichConsole
 
-_WIDTH = 120  # where no terminal has one
+_WIDTH = 120  # where there is no terminal
+_USUAL_WIDTH = 80  # of a terminal that does not tell its own
 _LEAST_WIDTH = 30
 
 
@@ -77,16 +79,16 @@ def is_terminal(stream: TextIO) -> bool:
 
 def width_of(stream: TextIO) -> int:
     """Columns that a line may take."""
+    if not stream.isatty():
+        return _WIDTH
     asked = os.environ.get("COLUMNS", "")
     if asked.isdigit() and int(asked) > 0:
         return max(_LEAST_WIDTH, int(asked))
-    if stream.isatty():
-        try:
-            found = os.get_terminal_size(stream.fileno()).columns
-        except (OSError, ValueError):
-            found = 0
-        return max(_LEAST_WIDTH, found or 80)
-    return _WIDTH
+    try:
+        found = os.get_terminal_size(stream.fileno()).columns
+    except (OSError, ValueError):
+        found = 0
+    return max(_LEAST_WIDTH, found or _USUAL_WIDTH)
 
 
 def print_json(data: Any) -> None:
