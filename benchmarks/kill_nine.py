@@ -2,8 +2,9 @@
 
 Two projects of other noise are adjusted in turn into one folder, with ``SOURCE_DATE_EPOCH``, so that all bytes of both
 results are known.  Half of the runs are killed at a moment that is uniform over the time of a whole run, a quarter at
-one that is uniform over the time of writing, a quarter within milliseconds after the new folder has got its place, while
-the old one is taken away.  After each kill the folder must be one of the two results, file by file; the next run that is not killed must leave nothing beside it.
+one that is uniform over the time of writing, a quarter within milliseconds after the new folder has got its place,
+while the old one is taken away.  After each kill the folder must be one of the two results, file by file; the next run
+that is not killed must leave nothing beside it.
 """
 
 from __future__ import annotations
