@@ -26,7 +26,7 @@ from splinebba_cli.core.adjustment import adjust, points_only
 from splinebba_cli.core.camera.rotation import rotation_object_from_photo
 from splinebba_cli.core.network import Network, PointObservations
 from splinebba_cli.output.comparison import Comparison, compare
-from splinebba_cli.output.result_folder import write_result_folder
+from splinebba_cli.output.result_folder import reserve_result_folder, write_result_folder
 from splinebba_cli.simulation.six_image_block import simulate_block
 from splinebba_cli.simulation.truth import Truth
 
@@ -119,13 +119,14 @@ def comparisons(case: str, runs: int, *, splines: bool = False) -> Iterator[Comp
             folders = [Path(name) / f"{run}-{side}" for side in "ab"]
             for folder, network in zip(folders, pair(case, run, splines=splines), strict=True):
                 full = case == "free"
-                write_result_folder(
-                    folder,
-                    adjust(network, full_dispersion=full),
-                    loaded=Loaded(),
-                    adjusted_files={},
-                    dispersion="full" if full else "blocks",
-                )
+                with reserve_result_folder(folder) as place:
+                    write_result_folder(
+                        place,
+                        adjust(network, full_dispersion=full),
+                        loaded=Loaded(),
+                        adjusted_files={},
+                        dispersion="full" if full else "blocks",
+                    )
             found = compare(*folders)
             _ = found.a.measured, found.b.measured
             yield found

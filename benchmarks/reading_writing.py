@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from splinebba_cli.commands.app import COLLECT_AFTER
+from splinebba_cli.__main__ import COLLECT_AFTER
 from splinebba_cli.core.adjustment import adjust
 from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.output.columns import Table, write_table

@@ -117,6 +117,10 @@ ERROR_CODES: dict[str, str] = {
     "SBB601": "results cannot be written",
     "SBB602": "not a result folder",
     "SBB603": "the file or folder exists",
+    "SBB604": "no room to write",
+    "SBB605": "not allowed to write",
+    "SBB606": "another run is writing the results",
+    "SBB607": "a name that cannot be written",
     "SBB611": "results have nothing in common",
     "SBB612": "results compared after a similarity transformation",
     "SBB613": "results without covariances",
@@ -128,6 +132,7 @@ ERROR_CODES: dict[str, str] = {
     "SBB704": "a worker process ended",
     # 9xx: the program
     "SBB900": "usage",
+    "SBB901": "interrupted",
     "SBB970": "unexpected error inside the program",
 }
 

@@ -38,7 +38,10 @@ def adjust(
     output: Annotated[
         Path | None,
         typer.Option(
-            "--output", "-o", help="Result folder; replaced as a whole. Default: PROJECT.results beside it."
+            "--output",
+            "-o",
+            metavar="FOLDER",
+            help="Result folder; replaced as a whole. Default: PROJECT.results beside it.",
         ),
     ] = None,
     dispersion: Annotated[
@@ -54,7 +57,9 @@ def adjust(
     html: Annotated[bool, typer.Option("--html/--no-html", help="Whether report.html is written.")] = True,
     junit: Annotated[
         Path | None,
-        typer.Option("--junit", help="JUnit XML to write: one test case a criterion of `acceptance`."),
+        typer.Option(
+            "--junit", metavar="FILE", help="JUnit XML to write: one test case a criterion of `acceptance`."
+        ),
     ] = None,
     format: CheckFormatOption = CheckFormat.text,
     quiet: QuietOption = False,
@@ -68,14 +73,16 @@ def adjust(
         options = AdjustOptions(
             output, dispersion.value, tables.value, None if outliers is None else outliers.value, html
         )
-        done = run_adjustment(project, options, warned=log.warnings, iterated=log.iteration)
-        log.detail(f"read {done.seconds['read']:.2f} s, adjusted {done.seconds['adjust']:.2f} s")
+        with log.working():
+            done = run_adjustment(project, options, warned=log.warnings, iterated=log.iteration)
+        log.detail(sizes_text(done.content["statistics"]))
+        log.finished(done.seconds)
         if junit is not None:
             from splinebba_cli.output.junit import junit_of_criteria
 
             _write_junit(junit, junit_of_criteria(done.loaded.name, done.criteria))
         if format is CheckFormat.json:
-            print_json(summary_data(done.content, done.directory, accepted=done.accepted))
+            print_json(summary_data(done))
         elif format is CheckFormat.github:
             print_annotations(done.loaded.path, done.problems)
         else:
@@ -114,13 +121,22 @@ def _print_summary(done: AdjustOutcome) -> None:
     console.print(f"Results: {done.directory}", markup=False, soft_wrap=True)
 
 
-def summary_data(content: dict[str, Any], directory: Path, *, accepted: bool) -> dict[str, Any]:
-    """What ``adjust --format json`` prints: the head of result.json and the verdict."""
+def sizes_text(statistics: dict[str, Any]) -> str:
+    """How large an adjustment was."""
+    counts = ", ".join(f"{statistics[name]} {name}" for name in ("observations", "unknowns", "conditions"))
+    return f"size: {counts}, redundancy {statistics['redundancy']}"
+
+
+def summary_data(done: AdjustOutcome) -> dict[str, Any]:
+    """What ``adjust --format json`` prints: the head of result.json, the verdict, and all that was found."""
+    from splinebba_cli.project.diagnostics import as_json_data
+
+    content = done.content
     return {
-        "results": str(directory),
-        "accepted": accepted,
+        "results": str(done.directory),
+        "accepted": done.accepted,
         "status": content["status"],
         "statistics": content["statistics"],
         "acceptance": content["acceptance"],
-        "problems": content["problems"],
+        "problems": [*as_json_data(done.loaded.diagnostics), *content["problems"]],
     }

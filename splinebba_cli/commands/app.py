@@ -2,59 +2,72 @@
 
 from __future__ import annotations
 
-import gc
 import sys
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import typer
 from typer.core import TyperGroup
 
 from splinebba_cli import __version__
+from splinebba_cli.__main__ import main as main  # where console scripts of earlier installations look for it
 from splinebba_cli.commands import adjust, check, compare, explain, fit, report, schema, simulate
+from splinebba_cli.commands.lost_results import flush_results, is_lost, print_lost_results
+from splinebba_cli.commands.usage_errors import belongs_to_typer, print_usage_error, wants_json
 from splinebba_cli.errors import ExitCode
-
-COLLECT_AFTER = 100_000  # new objects
+from splinebba_cli.interruption import interruption_of
 
 
 class GuardedGroup(TyperGroup):
-    """A group of commands that never shows a bare traceback."""
+    """A group of commands that never shows a bare traceback, and that speaks JSON where JSON is wanted."""
+
+    def main(
+        self,
+        args: Sequence[str] | None = None,
+        prog_name: str | None = None,
+        complete_var: str | None = None,
+        standalone_mode: bool = True,
+        windows_expand_args: bool = True,
+        **extra: Any,
+    ) -> Any:
+        """Run a command line and exit with its code; usage errors are printed as all others are."""
+        arguments = list(sys.argv[1:] if args is None else args)
+        try:
+            code = super().main(args, prog_name, complete_var, False, windows_expand_args, **extra)
+            flush_results()
+        except OSError as error:
+            code = print_lost_results(error)
+        except Exception as error:
+            if not standalone_mode or not belongs_to_typer(error):
+                raise
+            code = print_usage_error(error, as_json=wants_json(arguments))
+        if not standalone_mode:
+            return code
+        sys.exit(code if isinstance(code, int) else ExitCode.DONE)
+
+    def make_context(self, info_name: str | None, args: list[str], *rest: Any, **extra: Any) -> Any:
+        """Remember what was asked for: an unexpected error is told as JSON, too."""
+        as_json = wants_json(args)
+        context = super().make_context(info_name, args, *rest, **extra)
+        context.meta["splinebba.json"] = as_json
+        return context
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command; an unexpected error is logged to a file and ends with exit code 70."""
-        from splinebba_cli.commands.console import report_bug
-
+        as_json = bool(ctx.meta.get("splinebba.json"))
         try:
             return super().invoke(ctx)
-        except BrokenPipeError:
-            _silence_stdout()
-            raise typer.Exit(ExitCode.DONE) from None
-        except RecursionError as error:
-            report_bug(error)
-            raise typer.Exit(ExitCode.BUG) from None
-        except (RuntimeError, KeyboardInterrupt) as error:
-            if _belongs_to_click(error):
-                raise
-            report_bug(error)
-            raise typer.Exit(ExitCode.BUG) from None
+        except KeyboardInterrupt as error:
+            from splinebba_cli.commands.console import report_interruption
+
+            raise typer.Exit(report_interruption(interruption_of(error), as_json)) from None
         except Exception as error:
-            if _belongs_to_click(error):
+            if belongs_to_typer(error) or is_lost(error):
                 raise
-            report_bug(error)
+            from splinebba_cli.commands.bug_report import report_bug
+
+            report_bug(error, as_json)
             raise typer.Exit(ExitCode.BUG) from None
-
-
-def _belongs_to_click(error: BaseException) -> bool:
-    """Whether click itself handles it: usage errors, exits, aborts."""
-    return isinstance(error, KeyboardInterrupt) or any(
-        base.__module__.partition(".")[0] in ("click", "typer") for base in type(error).__mro__
-    )
-
-
-def _silence_stdout() -> None:
-    """The reader has gone: let the interpreter's last flush go nowhere."""
-    import os
-
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _version(wanted: bool) -> None:
@@ -63,6 +76,11 @@ def _version(wanted: bool) -> None:
         raise typer.Exit
 
 
+EXIT_CODES = (
+    "Exit codes: 0 done and accepted; 1 adjusted, but not accepted; 2 invalid project or usage, or output that "
+    "cannot be written; 3 not solvable; 70 an error of the program; 130 interrupted by Ctrl-C, 143 by SIGTERM."
+)
+
 app = typer.Typer(
     cls=GuardedGroup,
     name="splinebba",
@@ -70,10 +88,7 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
-    epilog=(
-        "Exit codes: 0 done and accepted; 1 adjusted, but not accepted; 2 invalid project or usage; "
-        "3 not solvable; 70 an error of the program."
-    ),
+    epilog=f"`splinebba COMMAND --help` has the options of a command, and examples.\n\n{EXIT_CODES}",
 )
 
 
@@ -86,24 +101,51 @@ def program(
     """Bundle block adjustment with points and three-dimensional curves."""
 
 
-app.command("check")(check.check)
-app.command("adjust")(adjust.adjust)
-app.command("report")(report.report)
-app.command("simulate")(simulate.simulate)
-app.command("fit")(fit.fit)
-app.command("compare")(compare.compare)
-app.command("schema")(schema.schema)
-app.command("explain")(explain.explain)
+def _add(name: str, command: Callable[..., None], summary: str, *examples: str) -> None:
+    """A command with its line in the list of all, and the examples below its options."""
+    lines = "".join(f"\n  splinebba {name} {example}" for example in examples)
+    app.command(name, short_help=summary, epilog=f"\b\nExamples:{lines}\n\n{EXIT_CODES}")(command)
 
 
-def main() -> None:
-    """Entry point of the console script.
-
-    The collector of cyclic garbage looks rarely: a run makes many objects that it keeps, and hardly any cycles.  At the
-    end it does not look at all of them once more.
-    """
-    gc.set_threshold(COLLECT_AFTER, 20, 50)
-    try:
-        app(prog_name="splinebba")
-    finally:
-        gc.freeze()
+_add(
+    "check", check.check, "Validate a project and count, without adjusting it.",
+    "project.yaml",
+    "project.yaml --format github",
+)  # fmt: skip
+_add(
+    "adjust", adjust.adjust, "Adjust a project and write its results.",
+    "project.yaml",
+    "project.yaml -o results --outliers snooping -v",
+    "project.yaml -q --format json > summary.json",
+)  # fmt: skip
+_add(
+    "report", report.report, "Build the report of a result folder again.",
+    "project.results",
+    "project.results --format text -o report.txt",
+)  # fmt: skip
+_add(
+    "simulate", simulate.simulate, "Simulate a project, a campaign, or precision.",
+    "list",
+    "six-image-mixed -o block --seed 3",
+    "project.yaml --runs 500 --jobs 4",
+    "project.yaml --predict",
+)  # fmt: skip
+_add(
+    "fit", fit.fit, "Fit splines with few knots to digitised points.",
+    "coast.geojson --threshold-m 0.2",
+    "kerb.csv --role control --sigma 0.02 --figure kerb.svg",
+)  # fmt: skip
+_add(
+    "compare", compare.compare, "Compare two results and the significance.",
+    "first.results second.results",
+    "first.results second.results --fail-on-difference -q",
+)  # fmt: skip
+_add(
+    "schema", schema.schema, "Print the JSON Schema of a file.",
+    "project > project.schema.json",
+)  # fmt: skip
+_add(
+    "explain", explain.explain, "Say what an error code means.",
+    "SBB301",
+    "all",
+)  # fmt: skip

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from splinebba_cli.commands.console import (
+    Log,
     expected_errors,
     print_diagnostics,
     print_json,
@@ -15,7 +18,13 @@ from splinebba_cli.commands.console import (
     problem_text,
     rich_console,
 )
-from splinebba_cli.commands.options import CheckFormat, ProjectArgument, QuietOption
+from splinebba_cli.commands.options import (
+    CheckFormat,
+    CheckFormatOption,
+    ProjectArgument,
+    QuietOption,
+    VerboseOption,
+)
 from splinebba_cli.errors import ExitCode, ProjectError
 
 if TYPE_CHECKING:
@@ -26,31 +35,23 @@ if TYPE_CHECKING:
 
 def check(
     project: ProjectArgument,
-    format: Annotated[
-        CheckFormat, typer.Option("--format", help="How findings are printed.")
-    ] = CheckFormat.text,
+    format: CheckFormatOption = CheckFormat.text,
     quiet: QuietOption = False,
+    verbose: VerboseOption = 0,
 ) -> None:
     """Validate a project: errors, counts, redundancy budget and rank. Computes no solution."""
-    with expected_errors(as_json=format is CheckFormat.json):
+    log = Log(quiet, verbose)
+    with expected_errors(as_json=format is CheckFormat.json), _findings_as_results(format):
+        from splinebba_cli.core.budget import budget
         from splinebba_cli.project.loading import load_project
 
-        try:
+        with log.working():
             loaded = load_project(project)
-        except ProjectError as error:
-            if format is CheckFormat.json:
-                raise
-            _print_findings(error.diagnostics, format)
-            count = sum(item.severity == "error" for item in error.diagnostics)
-            if format is CheckFormat.text:
-                print(f"{count} error{'s' if count != 1 else ''}")
-            raise typer.Exit(ExitCode.INVALID) from None
-        from splinebba_cli.core.budget import budget
-
-        found = budget(loaded.network)
-        found = replace(
-            found, problems=tuple(_as_seen_here(p, loaded.network.settings.datum) for p in found.problems)
-        )
+            found = budget(loaded.network)
+        seen = (_as_seen_here(each, loaded.network.settings.datum) for each in found.problems)
+        found = replace(found, problems=tuple(seen))
+        log.detail(f"size: {found.equations} equations, {found.unknowns} unknowns")
+        log.finished()
         if format is CheckFormat.json:
             print_json(check_data(loaded, found))
         else:
@@ -58,6 +59,21 @@ def check(
             _print_budget(loaded, found, format)
     if any(problem.severity == "error" for problem in found.problems):
         raise typer.Exit(ExitCode.NOT_SOLVABLE)
+
+
+@contextmanager
+def _findings_as_results(format: CheckFormat) -> Iterator[None]:
+    """What is wrong with a project is the result of `check`: it goes to stdout."""
+    try:
+        yield
+    except ProjectError as error:
+        if format is CheckFormat.json:
+            raise
+        _print_findings(error.diagnostics, format)
+        count = sum(item.severity == "error" for item in error.diagnostics)
+        if format is CheckFormat.text:
+            print(f"{count} error{'s' if count != 1 else ''}")
+        raise typer.Exit(ExitCode.INVALID) from None
 
 
 def _as_seen_here(problem: Problem, datum: str) -> Problem:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
-from splinebba_cli.commands.console import expected_errors, print_json, rich_console
-from splinebba_cli.commands.options import FormatOption, OutputFormat
+from splinebba_cli.commands.console import Log, expected_errors, print_json, rich_console
+from splinebba_cli.commands.options import FormatOption, OutputFormat, QuietOption, VerboseOption
 from splinebba_cli.errors import ExitCode, UsageError
 
 if TYPE_CHECKING:
@@ -38,14 +38,20 @@ def compare(
         ),
     ] = RelationChoice.auto,
     alpha: Annotated[
-        float, typer.Option("--alpha", help="Significance of each kind of test, over all of its subjects.")
+        float,
+        typer.Option(
+            "--alpha", metavar="SHARE", help="Significance of each kind of test, over all of its subjects."
+        ),
     ] = 0.05,
     fail_on_difference: Annotated[
         bool, typer.Option("--fail-on-difference", help="Exit code 1 where anything differs significantly.")
     ] = False,
     format: FormatOption = OutputFormat.text,
+    quiet: QuietOption = False,
+    verbose: VerboseOption = 0,
 ) -> None:
     """Compare two results: statistics, tests of variances and models, differences with their significance."""
+    log = Log(quiet, verbose)
     with expected_errors(as_json=format is OutputFormat.json):
         from splinebba_cli.output.comparison import compare as compare_results
         from splinebba_cli.output.comparison_json import comparison_to_dict
@@ -53,8 +59,10 @@ def compare(
         if not 0.0 < alpha < 1.0:
             raise UsageError("SBB900", f"--alpha is a probability between 0 and 1, not {alpha:g}")
         wanted = None if relation is RelationChoice.auto else cast("RelationName", relation.value)
-        found = compare_results(a, b, relation=wanted, alpha=alpha)
-        data = comparison_to_dict(found)
+        with log.working():
+            found = compare_results(a, b, relation=wanted, alpha=alpha)
+            data = comparison_to_dict(found)
+        log.finished()
         if format is OutputFormat.json:
             print_json(data)
         else:

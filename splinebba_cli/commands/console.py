@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import json
-import math
 import sys
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import typer
 
+from splinebba_cli.commands.streams import print_json as print_json
+from splinebba_cli.commands.streams import rich_console as rich_console
 from splinebba_cli.errors import NotSolvableError, ProjectError, SplinebbaError
 
 if TYPE_CHECKING:
@@ -19,56 +20,108 @@ if TYPE_CHECKING:
 
     from rich.console import Console as RichConsole
 
+    from splinebba_cli.commands.progress import PlainProgress
     from splinebba_cli.core.result import Iteration, Problem
+    from splinebba_cli.interruption import InterruptedRunError
     from splinebba_cli.project.diagnostics import Diagnostic
 
 _STYLES = {"error": "bold red", "warning": "bold yellow", "info": "bold cyan"}
 
 
 class Log:
-    """Messages and progress on stderr."""
+    """Messages and progress on stderr.
+
+    Parameters
+    ----------
+    quiet : bool
+        -q: nothing at all; errors are printed by others.
+    verbose : int
+        1: times, sizes and memory, every iteration; 2: damping, ordering and the like as well.
+    """
 
     def __init__(self, quiet: bool = False, verbose: int = 0) -> None:
         self.quiet = quiet
         self.verbose = verbose
+        self._begin = time.perf_counter()
+        self._progress: PlainProgress | None = None
 
     def say(self, text: str) -> None:
         """A line about what is going on."""
-        if not self.quiet:
+        if self.quiet:
+            return
+        if self._progress is not None:
+            self._progress.line(text)
+        else:
             print(text, file=sys.stderr)
 
     def detail(self, text: str) -> None:
         """A line for those who want to know more (-v)."""
-        if self.verbose and not self.quiet:
-            print(text, file=sys.stderr)
+        if self.verbose:
+            self.say(text)
+
+    def stage(self, text: str) -> None:
+        """What begins now, while something works."""
+        if self._progress is not None:
+            self._progress.stage(text)
 
     def iteration(self, step: Iteration) -> None:
-        """Progress of an adjustment: one line an iteration."""
-        moved = f"   step {step.step:9.3g} σ" if math.isfinite(step.step) else ""
-        self.say(f"{step.stage:>8} {step.number:3d}   vᵀPv {step.cost:14.6g}{moved}")
+        """Progress of an adjustment."""
+        if self._progress is not None:
+            self._progress.iteration(step, self.verbose)
+
+    @contextmanager
+    def working(self) -> Iterator[None]:
+        """While a long part of a command runs: its stages and iterations are shown."""
+        import logging
+
+        from splinebba_cli.commands.progress import StageListener, progress_for
+
+        self._progress = progress_for(self.quiet)
+        try:
+            self._progress.start()
+            with StageListener(self._progress, logging.DEBUG if self.verbose > 1 else logging.INFO):
+                yield
+        finally:
+            self._progress.close()
+            self._progress = None
+
+    def finished(self, seconds: Mapping[str, float] | None = None) -> None:
+        """How long it took, by parts where these are given, and how much memory (-v)."""
+        if self.verbose:
+            parts = [f"{name} {value:.2f} s" for name, value in (seconds or {}).items()]
+            parts.append(f"in all {time.perf_counter() - self._begin:.2f} s")
+            self.say(f"time: {', '.join(parts)}")
+            self.say(f"memory: {_peak_memory()}")
 
     def warnings(self, diagnostics: Sequence[Diagnostic]) -> None:
         """Warnings of a project."""
-        if not self.quiet:
-            print_diagnostics(diagnostics, to_stdout=False)
+        if self.quiet:
+            return
+        console = self._progress.console() if self._progress is not None else rich_console(to_stdout=False)
+        _print_each(diagnostics, console)
 
 
-def rich_console(*, to_stdout: bool = True) -> RichConsole:
-    """A console of rich; it honours NO_COLOR and writes plain text where there is no terminal."""
-    from rich.console import Console as RichConsole
-
-    stream = sys.stdout if to_stdout else sys.stderr
-    width = None if stream.isatty() else 120
-    return RichConsole(file=stream, width=width, highlight=False, soft_wrap=False, emoji=False)
+def _peak_memory() -> str:
+    """The most memory that this process has held at a time."""
+    try:
+        import resource
+    except ImportError:
+        return "not known on this system"
+    unit = 1 if sys.platform == "darwin" else 1024
+    peak = unit * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return f"at most {peak / 2**20:.0f} MiB"
 
 
 def print_diagnostics(diagnostics: Sequence[Diagnostic], *, to_stdout: bool) -> None:
     """Diagnostics with snippet and caret."""
+    _print_each(diagnostics, rich_console(to_stdout=to_stdout))
+
+
+def _print_each(diagnostics: Sequence[Diagnostic], console: RichConsole) -> None:
     from rich.text import Text
 
     from splinebba_cli.project.diagnostics import render_text
 
-    console = rich_console(to_stdout=to_stdout)
     for item in diagnostics:
         text = Text(render_text([item]))
         text.stylize(_STYLES[item.severity], 0, len(f"{item.severity}[{item.code}]"))
@@ -100,11 +153,6 @@ def print_error_annotations(project: Path, error: SplinebbaError) -> None:
         print_annotations(project, [Problem(error.code, "error", error.message, "", error.help)])
 
 
-def print_json(data: Any) -> None:
-    """JSON on stdout."""
-    print(json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False))
-
-
 def problem_text(problem: Problem) -> str:
     """A problem as lines of text."""
     lines = [f"{problem.severity}[{problem.code}]: {problem.message}"]
@@ -127,7 +175,7 @@ def expected_errors(as_json: bool = False) -> Iterator[None]:
         yield
     except SplinebbaError as error:
         if as_json:
-            print_json({"problems": error_data(error)})
+            print_problems(error)
         elif isinstance(error, ProjectError):
             print_diagnostics(error.diagnostics, to_stdout=False)
             count = sum(item.severity == "error" for item in error.diagnostics)
@@ -159,27 +207,17 @@ def error_data(error: SplinebbaError) -> list[dict[str, Any]]:
     return [{"code": error.code, "severity": "error", "message": error.message, "help": error.help}]
 
 
-def report_bug(error: BaseException) -> None:
-    """Log the traceback of an unexpected error to a file and say where it is."""
-    import tempfile
-    import traceback
+def print_problems(error: SplinebbaError) -> None:
+    """An expected error as JSON on stdout; once, whatever else goes wrong afterwards."""
+    print_json({"problems": error_data(error)})
 
-    from splinebba_cli import __version__
 
-    text = "".join(traceback.format_exception(error))
-    print(
-        f"error[SBB970]: unexpected error inside the program: {type(error).__name__}: {error}",
-        file=sys.stderr,
-    )
-    try:
-        with tempfile.NamedTemporaryFile(
-            "w", prefix="splinebba-error-", suffix=".log", delete=False, encoding="utf-8"
-        ) as log:
-            log.write(f"splinebba {__version__}, Python {sys.version}\n{' '.join(sys.argv)}\n\n{text}")
-    except OSError:
-        print(
-            "  the traceback could not be written to a file; run again with -X dev to see it", file=sys.stderr
-        )
-        return
-    print(f"  the details are in {log.name}", file=sys.stderr)
-    print("  = help: this is a bug; please report it with that file", file=sys.stderr)
+def report_interruption(error: InterruptedRunError, as_json: bool) -> int:
+    """Say that the run was interrupted; give the exit code."""
+    from splinebba_cli.interruption import interruption_text
+
+    text = interruption_text(error)
+    print(text, file=sys.stderr)
+    if as_json:
+        print_problems(SplinebbaError(error.code, text))
+    return error.exit_code

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from enum import StrEnum
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from splinebba_cli.commands.console import Log, expected_errors, print_json, rich_console
-from splinebba_cli.commands.options import FormatOption, OutputFormat, QuietOption
+from splinebba_cli.commands.options import FormatOption, OutputFormat, QuietOption, VerboseOption
 from splinebba_cli.errors import FitError, OutputError, UsageError
 
 if TYPE_CHECKING:
@@ -49,11 +50,17 @@ def fit(
     output: Annotated[
         Path | None,
         typer.Option(
-            "--output", "-o", help="YAML to write, `-` for stdout. Default: POINTS.splines.yaml beside it."
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="YAML to write, `-` for stdout. Default: POINTS.splines.yaml beside it.",
         ),
     ] = None,
     threshold_m: Annotated[
-        float, typer.Option("--threshold-m", help="No point is farther from its spline than this, m.")
+        float,
+        typer.Option(
+            "--threshold-m", metavar="METRES", help="No point is farther from its spline than this, m."
+        ),
     ] = 0.05,
     closed: Annotated[bool, typer.Option("--closed", help="The lines are closed.")] = False,
     parameterization: Annotated[
@@ -61,30 +68,46 @@ def fit(
         typer.Option("--parameterization", help="Locations of the points at the start of the fit."),
     ] = ParameterizationChoice.chord_length,
     id: Annotated[
-        str | None, typer.Option("--id", help="Id of the spline; of several: with a number behind it.")
+        str | None,
+        typer.Option("--id", metavar="ID", help="Id of the spline; of several: with a number behind it."),
     ] = None,
     role: Annotated[RoleChoice, typer.Option("--role", help="Role of the splines.")] = RoleChoice.tie,
     sigma: Annotated[
         str | None,
-        typer.Option("--sigma", help="σ of the knots, m, or `fixed`: control and partial need it."),
+        typer.Option(
+            "--sigma", metavar="METRES", help="σ of the knots, m, or `fixed`: control and partial need it."
+        ),
     ] = None,
     corner_angle: Annotated[
         float | None,
-        typer.Option("--corner-angle", help="Corners where the points turn by more than so many degrees."),
+        typer.Option(
+            "--corner-angle",
+            metavar="DEGREES",
+            help="Corners where the points turn by more than so many degrees.",
+        ),
     ] = None,
-    figure: Annotated[Path | None, typer.Option("--figure", help="Figure to draw: svg, png or pdf.")] = None,
+    figure: Annotated[
+        Path | None, typer.Option("--figure", metavar="FILE", help="Figure to draw: svg, png or pdf.")
+    ] = None,
     columns: Annotated[
-        str | None, typer.Option("--columns", help="Columns of a CSV: x,y,z[,spline], by name or in order.")
+        str | None,
+        typer.Option(
+            "--columns", metavar="NAMES", help="Columns of a CSV: x,y,z[,spline], by name or in order."
+        ),
     ] = None,
-    z: Annotated[float | None, typer.Option("--z", help="Height of points without one, m.")] = None,
+    z: Annotated[
+        float | None, typer.Option("--z", metavar="METRES", help="Height of points without one, m.")
+    ] = None,
     cartesian: Annotated[
         bool, typer.Option("--cartesian", help="Coordinates are metres although they look like degrees.")
     ] = False,
     format: FormatOption = OutputFormat.text,
     force: Annotated[bool, typer.Option("--force", help="Replace files that are there.")] = False,
     quiet: QuietOption = False,
+    verbose: VerboseOption = 0,
 ) -> None:
     """Fit natural cubic splines with few knots to digitised points, for a project file."""
+    log = Log(quiet, verbose)
     with expected_errors(as_json=format is OutputFormat.json):
         from splinebba_cli.exchange.digitised_lines import ReadingOptions, read_digitised_lines
         from splinebba_cli.report.fit_summary import fit_warnings, splines_yaml
@@ -96,10 +119,11 @@ def fit(
         chosen = None if columns is None else tuple(name.strip() for name in columns.split(","))
         lines, found = read_digitised_lines(points, ReadingOptions(chosen, z, cartesian))
         ids = _ids(lines, id, points.stem)
-        fits = [
-            _fitted(name, line, threshold_m, closed, parameterization.value, corner_angle)
-            for name, line in zip(ids, lines, strict=True)
-        ]
+        with log.working():
+            fits = []
+            for name, line in zip(ids, lines, strict=True):
+                log.stage(f"fitting {name} to {len(line.points)} points")
+                fits.append(_fitted(name, line, threshold_m, closed, parameterization.value, corner_angle))
         warnings = [*found, *fit_warnings(fits, str(points))]
         if figure is not None and image is not None:
             from splinebba_cli.output.atomic import write_file_atomically
@@ -107,7 +131,8 @@ def fit(
 
             write_file_atomically(figure, fit_figure([(f.id, f.spline) for f in fits], image))
         text = splines_yaml(fits, role.value, sigma_m, points.name, threshold_m)
-        _print(fits, warnings, text, target, figure, format, Log(quiet))
+        _print(fits, warnings, text, target, figure, format, log)
+        log.finished()
 
 
 def _sigma_m(role: RoleChoice, sigma: str | None) -> float | None:
@@ -130,7 +155,7 @@ def _sigma_m(role: RoleChoice, sigma: str | None) -> float | None:
 
 def _check_targets(targets: list[Path], force: bool) -> None:
     for target in targets:
-        if target.exists() and not force:
+        if os.path.exists(target) and not force:  # a name that is too long does not exist
             raise OutputError("SBB603", f"`{target}` is there already", "choose another name, or --force")
 
 

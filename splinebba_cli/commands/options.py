@@ -51,10 +51,11 @@ class OutlierChoice(StrEnum):
 
 
 class ReportChoice(StrEnum):
-    """Format of a report."""
+    """Format of a report; json: what was written is told as JSON."""
 
     html = "html"
     text = "text"
+    json = "json"
 
 
 class SchemaChoice(StrEnum):
@@ -76,7 +77,29 @@ CheckFormatOption = Annotated[
     typer.Option("--format", help="How results are printed; github: annotations of a workflow."),
 ]
 FormatOption = Annotated[OutputFormat, typer.Option("--format", help="How results are printed.")]
-QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="No progress, no warnings.")]
+
+
+def _not_both(context: typer.Context, value: int) -> int:
+    """Refuse -q and -v together: nobody wants less and more."""
+    if value and any(context.params.get(name) for name in ("quiet", "verbose")):
+        raise typer.BadParameter("--quiet and --verbose contradict each other", ctx=context)
+    return value
+
+
+QuietOption = Annotated[
+    bool,
+    typer.Option(
+        "--quiet", "-q", callback=_not_both, help="Only results and errors: no progress, no warnings."
+    ),
+]
 VerboseOption = Annotated[
-    int, typer.Option("--verbose", "-v", count=True, help="More about what is going on.")
+    int,
+    typer.Option(
+        "--verbose",
+        "-v",
+        count=True,
+        callback=_not_both,
+        show_default=False,
+        help="Times, sizes and memory on stderr; -vv: ordering and damping as well.",
+    ),
 ]

@@ -6,13 +6,16 @@ from typing import Annotated
 
 import typer
 
-from splinebba_cli.commands.options import SchemaChoice
+from splinebba_cli.commands.options import FormatOption, OutputFormat, SchemaChoice
 
 
 def schema(
-    which: Annotated[SchemaChoice, typer.Argument(help="Of which file.")] = SchemaChoice.project,
+    which: Annotated[
+        SchemaChoice, typer.Argument(metavar="WHICH", help="Of which file: project, result or campaign.")
+    ] = SchemaChoice.project,
+    format: FormatOption = OutputFormat.text,
 ) -> None:
-    """Print the JSON Schema of the project file, of result.json or of campaign.json."""
+    """Print the JSON Schema of the project file, of result.json or of campaign.json; a schema is JSON anyhow."""
     from splinebba_cli.project.json_schema import schema_text
 
     print(schema_text(which.value), end="")

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from splinebba_cli.commands import simulation_options as option
 from splinebba_cli.commands.console import Log, expected_errors, print_json, rich_console
-from splinebba_cli.commands.options import FormatOption, OutputFormat, QuietOption
+from splinebba_cli.commands.options import FormatOption, OutputFormat, QuietOption, VerboseOption
 from splinebba_cli.errors import OutputError, UsageError
 
 if TYPE_CHECKING:
     from splinebba_cli.simulation.targets import Target
+
+PROJECT_FILE = "project.yaml"
 
 
 def simulate(
@@ -38,13 +42,14 @@ def simulate(
     force: option.ForceOption = False,
     format: FormatOption = OutputFormat.text,
     quiet: QuietOption = False,
+    verbose: VerboseOption = 0,
 ) -> None:
     """Write a synthetic project with its truth; run a Monte Carlo campaign; predict precision."""
-    log, as_json = Log(quiet), format is OutputFormat.json
+    log, as_json = Log(quiet, verbose), format is OutputFormat.json
     with expected_errors(as_json=as_json):
         _require_usage(runs, study, resume, predict)
         if target == "list":
-            _print_kinds()
+            _print_kinds(as_json)
             return
         changes = option.changed_noise(
             noise_um, start_angle, blunder_share=blunder_share, blunder_size=blunder_size,
@@ -56,15 +61,24 @@ def simulate(
         purpose = "prediction" if predict else "simulated" if runs is None else "campaign"
         folder = _folder(chosen, output, purpose)
         if predict:
-            _predict(chosen, folder, as_json)
+            _predict(chosen, folder, log, as_json)
         elif runs is None:
-            _write(chosen, folder, seed, force)
+            _write(chosen, SingleRequest(folder, seed, force), log, as_json)
         else:
             from splinebba_cli.commands.simulate_campaign import CampaignRequest, run_campaign
 
             factors, suffix = option.study_factors(study), figures.value
             request = CampaignRequest(folder, runs, seed, factors, confidence, jobs, resume, force, suffix)
             run_campaign(chosen, request, log, as_json)
+
+
+@dataclass(frozen=True)
+class SingleRequest:
+    """Where one realization goes, and which."""
+
+    folder: Path
+    seed: int
+    force: bool
 
 
 def _require_usage(runs: int | None, study: str | None, resume: bool, predict: bool) -> None:
@@ -74,9 +88,14 @@ def _require_usage(runs: int | None, study: str | None, resume: bool, predict: b
         raise UsageError("SBB900", "--study and --resume belong to a campaign", "give --runs as well")
 
 
-def _print_kinds() -> None:
+def _print_kinds(as_json: bool) -> None:
     from splinebba_cli.simulation.six_image_block import KINDS
 
+    if as_json:
+        print_json(
+            {"kinds": [{"name": name, "about": about} for name, about in KINDS.items()], "problems": []}
+        )
+        return
     print("\n".join(f"{name:20}{about}" for name, about in KINDS.items()))
 
 
@@ -89,10 +108,11 @@ def _target(target: str, changes: Mapping[str, Any], log: Log) -> Target:
 
     if target in KINDS:
         return block_target(target, changes)
-    if not Path(target).exists():
+    if not os.path.exists(target):
         help = suggestion(target, KINDS) or f"known: {listing(KINDS, 20)}; or give a project"
         raise UsageError("SBB900", f"no kind of block and no project `{target}`", help)
-    loaded = load_project(target, "simulation")
+    with log.working():
+        loaded = load_project(target, "simulation")
     log.warnings(loaded.diagnostics)
     made = project_target(loaded, changes)
     for name in made.left_out:
@@ -108,29 +128,50 @@ def _folder(target: Target, output: Path | None, purpose: str) -> Path:
     return Path(target.name if purpose == "simulated" else f"{target.name}.{purpose}")
 
 
-def _write(target: Target, folder: Path, seed: int, force: bool) -> None:
+def _write(target: Target, request: SingleRequest, log: Log, as_json: bool) -> None:
+    from splinebba_cli.output.publish import published
     from splinebba_cli.simulation.targets import write_target
 
-    if (folder / "project.yaml").exists() and not force:
+    folder, project = request.folder, request.folder / PROJECT_FILE
+    if os.path.exists(project) and not request.force:  # a name that is too long does not exist
         raise OutputError(
             "SBB603", f"`{folder}` holds a project already", "choose another folder, or --force"
         )
-    print(write_target(target, folder, seed))
+    with log.working(), published(folder, PROJECT_FILE) as fresh:
+        log.stage(f"writing {folder}")
+        write_target(target, fresh, request.seed)
+    log.finished()
+    if as_json:
+        print_json({"project": str(project), "seed": request.seed, "problems": _warnings(target)})
+    else:
+        print(project)
 
 
-def _predict(target: Target, folder: Path, as_json: bool) -> None:
+def _warnings(target: Target) -> list[dict[str, Any]]:
+    """What was found in the project that is simulated."""
+    from splinebba_cli.project.diagnostics import as_json_data
+
+    return [] if target.loaded is None else list(as_json_data(target.loaded.diagnostics))
+
+
+def _predict(target: Target, folder: Path, log: Log, as_json: bool) -> None:
     from splinebba_cli import __version__
     from splinebba_cli.output.prediction_folder import prediction_content, write_prediction
     from splinebba_cli.report.prediction_tables import PredictionSummary
     from splinebba_cli.simulation.prediction import predict
 
-    result = predict(target.design)
-    identity = {"target": target.name, "inputs": target.inputs, "program": __version__}
-    content = prediction_content(result, identity, target.left_out)
-    write_prediction(folder, result, content)
+    with log.working():
+        log.stage("prediction")
+        result = predict(target.design)
+        identity = {"target": target.name, "inputs": target.inputs, "program": __version__}
+        content = prediction_content(result, identity, target.left_out)
+        log.stage(f"writing {folder}")
+        write_prediction(folder, result, content)
+    log.finished()
     if as_json:
-        keys = ("target", "statistics", "redundancy_numbers", "problems", "left_out")
-        print_json({"prediction": str(folder), **{key: content[key] for key in keys}})
+        shown = {key: content[key] for key in ("target", "statistics", "redundancy_numbers", "left_out")}
+        problems = [*_warnings(target), *content["problems"]]
+        print_json({"prediction": str(folder), **shown, "problems": problems})
         return
     console = rich_console()
     console.print(PredictionSummary(content))

@@ -33,6 +33,7 @@ FolderOption = Annotated[
     typer.Option(
         "--output",
         "-o",
+        metavar="FOLDER",
         help="Folder to write. Default: KIND in this folder; beside a project, its name with .simulated, "
         ".campaign or .prediction.",
     ),
@@ -40,13 +41,18 @@ FolderOption = Annotated[
 SeedOption = Annotated[
     int | None,
     typer.Option(
-        "--seed", min=0, help="Seed of all errors. Default: as the project says.", show_default=False
+        "--seed",
+        metavar="NUMBER",
+        min=0,
+        help="Seed of all errors. Default: as the project says.",
+        show_default=False,
     ),
 ]
 NoiseOption = Annotated[
     float | None,
     typer.Option(
         "--noise-um",
+        metavar="MICROMETRES",
         min=0.0,
         help="σ of the noise of image coordinates, µm. Default: as declared (kinds: 5).",
     ),
@@ -54,17 +60,31 @@ NoiseOption = Annotated[
 ForceOption = Annotated[bool, typer.Option("--force", help="Replace a project or campaign that is there.")]
 BlunderShareOption = Annotated[
     float | None,
-    typer.Option("--blunders", min=0.0, max=0.99, help="Share of image points with a blunder."),
+    typer.Option(
+        "--blunders", metavar="SHARE", min=0.0, max=0.99, help="Share of image points with a blunder."
+    ),
 ]
 BlunderSizeOption = Annotated[
-    float | None, typer.Option("--blunder-size", min=0.0, help="Size of a blunder, in σ of the measurement.")
+    float | None,
+    typer.Option(
+        "--blunder-size", metavar="SIGMAS", min=0.0, help="Size of a blunder, in σ of the measurement."
+    ),
 ]
 MissingPointsOption = Annotated[
-    float | None, typer.Option("--missing-points", min=0.0, max=0.99, help="Share of image points dropped.")
+    float | None,
+    typer.Option(
+        "--missing-points", metavar="SHARE", min=0.0, max=0.99, help="Share of image points dropped."
+    ),
 ]
 MissingPairsOption = Annotated[
     float | None,
-    typer.Option("--missing-pairs", min=0.0, max=0.99, help="Share of pairs of image and feature dropped."),
+    typer.Option(
+        "--missing-pairs",
+        metavar="SHARE",
+        min=0.0,
+        max=0.99,
+        help="Share of pairs of image and feature dropped.",
+    ),
 ]
 GivenErrorsOption = Annotated[
     bool | None,
@@ -74,25 +94,45 @@ GivenErrorsOption = Annotated[
 ]
 StartPositionOption = Annotated[
     float | None,
-    typer.Option("--start-position", min=0.0, help="Largest error of approximate stations, m."),
+    typer.Option(
+        "--start-position", metavar="METRES", min=0.0, help="Largest error of approximate stations, m."
+    ),
 ]
 StartAngleOption = Annotated[
-    float | None, typer.Option("--start-angle", min=0.0, help="Largest error of approximate angles, degrees.")
+    float | None,
+    typer.Option(
+        "--start-angle", metavar="DEGREES", min=0.0, help="Largest error of approximate angles, degrees."
+    ),
 ]
 StartKnotsOption = Annotated[
-    float | None, typer.Option("--start-knots", min=0.0, help="Largest error of approximate knots, m.")
+    float | None,
+    typer.Option("--start-knots", metavar="METRES", min=0.0, help="Largest error of approximate knots, m."),
 ]
 RunsOption = Annotated[
     int | None,
-    typer.Option("--runs", min=1, help="Monte Carlo campaign of so many runs; run i has the seed plus i."),
+    typer.Option(
+        "--runs",
+        metavar="NUMBER",
+        min=1,
+        help="Monte Carlo campaign of so many runs; run i has the seed plus i.",
+    ),
 ]
 JobsOption = Annotated[
-    int | None, typer.Option("--jobs", "-j", min=1, help="Processes of a campaign. Default: all processors.")
+    int | None,
+    typer.Option(
+        "--jobs", "-j", metavar="NUMBER", min=1, help="Processes of a campaign. Default: all processors."
+    ),
 ]
 ResumeOption = Annotated[bool, typer.Option("--resume", help="Continue the campaign that is in the folder.")]
 ConfidenceOption = Annotated[
     float,
-    typer.Option("--confidence", min=0.01, max=0.9999, help="Of the intervals whose coverage is counted."),
+    typer.Option(
+        "--confidence",
+        metavar="SHARE",
+        min=0.01,
+        max=0.9999,
+        help="Of the intervals whose coverage is counted.",
+    ),
 ]
 StudyOption = Annotated[
     str | None,

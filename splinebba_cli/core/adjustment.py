@@ -6,6 +6,7 @@ points: the control splines), then the curves with the orientations held, then e
 
 from __future__ import annotations
 
+import logging
 import time
 from dataclasses import replace
 
@@ -44,6 +45,8 @@ from splinebba_cli.core.revision.search_and_weights import searched_and_weighted
 from splinebba_cli.core.state import Prepared, State, initial_coefficients, prepare
 from splinebba_cli.errors import NotConvergedError, SingularNetworkError
 
+_log = logging.getLogger(__name__)
+
 CURVE_DAMPING = 1e-3  # starting value where curves are adjusted
 CALMING_ROUNDS = 4
 PATIENCE = 4  # times the iterations for the last attempt
@@ -80,10 +83,12 @@ def adjust(
     def resolve(prepared: Prepared, state: State) -> ConditionedSolution:
         return _solve(prepared, state, record, "joint", select=True)
 
+    _log.info("approximate values")
     search = begin_search(network)
     prepared = prepare(search.part.network)
     start, problems = starting_state(prepared)
     state, started = start, time.perf_counter()
+    _log.info("adjustment")
     search, prepared, state = _begun(search, prepared, state, record)
     prepared, solved = _final(prepared, state, record)
     found = searched_and_weighted(search, prepared, solved, resolve, record)

@@ -8,6 +8,7 @@ location; redundancy = equations - rank.
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -38,6 +39,8 @@ from splinebba_cli.core.state import Prepared, prepare
 from splinebba_cli.errors import SingularNetworkError
 
 EQUATIONS = ("arc_lengths", "tangents", "given_values", "shape_conditions")  # of splines beside 2 a point
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -115,6 +118,7 @@ def budget(network: Network) -> Budget:
     NotSolvableError
         If there are no approximate values to count at, or they put features behind the images.
     """
+    _log.info("approximate values")
     network = begin_search(network).part.network
     prepared = prepare(network)
     state, problems = starting_state(prepared)
@@ -132,9 +136,11 @@ def budget(network: Network) -> Budget:
     counted = _Counted(structure.prepared, assembler, at, structure.held)
     equations = count_equations(assembler, at)
     locations = len(network.curve_observations) - len(structure.held)
+    _log.info("rank")
     null = null_space(assembler, at)
     unknowns, rank = null.unknowns + locations, null.rank + locations
     named = null_problems(null, layout, network)
+    _log.info("budgets of features and images")
     with one_thread():  # many small matrices
         features, images = (*counted.splines(), *counted.points()), counted.images()
     return Budget(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from splinebba_cli.output.result_folder import DispersionChoice
     from splinebba_cli.project.diagnostics import Diagnostic
     from splinebba_cli.project.loading import LoadedProject
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,7 @@ class AdjustOutcome:
     criteria: Sequence[Criterion]
     problems: Sequence[Problem]
     accepted: bool
-    seconds: dict[str, float]  # read, adjust
+    seconds: dict[str, float]  # read, approximation, estimation, quality, write
 
 
 def default_output(project: Path) -> Path:
@@ -101,7 +104,7 @@ def run_adjustment(
         If the results cannot be written; an earlier result folder is left as it was.
     """
     from splinebba_cli.core.adjustment import adjust as adjust_network
-    from splinebba_cli.output.result_folder import write_result_folder
+    from splinebba_cli.output.result_folder import reserve_result_folder, write_result_folder
     from splinebba_cli.project.acceptance import assess, violations
     from splinebba_cli.project.adjusted import adjusted_project
     from splinebba_cli.project.loading import load_project
@@ -116,22 +119,27 @@ def run_adjustment(
     warned(loaded.diagnostics)
     read = time.perf_counter()
     full = options.dispersion == "full"
-    result = adjust_network(loaded.network, observer=iterated, full_dispersion=full)
-    criteria = assess(loaded.model.acceptance, result)
-    failed = violations(criteria)
-    result = replace(result, acceptance=criteria, problems=(*failed, *result.problems))
-    seconds = {"read": read - start, "adjust": time.perf_counter() - read}
     directory = options.output if options.output is not None else default_output(loaded.path)
-    written = write_result_folder(
-        directory,
-        result,
-        loaded=loaded,
-        adjusted_files=adjusted_project(loaded, result, directory),
-        dispersion=options.dispersion,
-        tables=options.tables,
-        reports=lambda folder, new: write_reports(
-            folder, ResultData.of(new), ["text", "html"] if options.html else ["text"]
-        ),
-        timings={**seconds, **result.timings},
-    )
+    with reserve_result_folder(directory) as place:
+        result = adjust_network(loaded.network, observer=iterated, full_dispersion=full)
+        criteria = assess(loaded.model.acceptance, result)
+        failed = violations(criteria)
+        result = replace(result, acceptance=criteria, problems=(*failed, *result.problems))
+        adjusted = time.perf_counter()
+        seconds = {"read": read - start, "adjust": adjusted - read}
+        _log.info("writing %s", directory)
+        written = write_result_folder(
+            place,
+            result,
+            loaded=loaded,
+            adjusted_files=adjusted_project(loaded, result, directory),
+            dispersion=options.dispersion,
+            tables=options.tables,
+            reports=lambda folder, new: write_reports(
+                folder, ResultData.of(new), ["text", "html"] if options.html else ["text"]
+            ),
+            timings={**seconds, **result.timings},
+        )
+    stages = {key.removesuffix("_s"): value for key, value in result.timings.items()}
+    seconds = {"read": read - start, **stages, "write": time.perf_counter() - adjusted}
     return AdjustOutcome(loaded, directory, written.content, criteria, result.problems, not failed, seconds)

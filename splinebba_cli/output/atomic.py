@@ -7,20 +7,22 @@ the old folder is renamed away first; what a run leaves that is killed in betwee
 
 from __future__ import annotations
 
-import ctypes
 import errno
 import os
 import shutil
 import sys
 import tempfile
+import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from splinebba_cli.errors import OutputError
-
-_AT_FDCWD = -100
-_RENAME_EXCHANGE = 2
+from splinebba_cli.interruption import uninterrupted
+from splinebba_cli.output.exchange_names import exchange
+from splinebba_cli.output.locking import locked, locked_descriptor, remove_unlocked
+from splinebba_cli.write_errors import cannot_write
 
 
 def write_file_atomically(path: Path, content: bytes | str) -> None:
@@ -36,31 +38,83 @@ def write_file_atomically(path: Path, content: bytes | str) -> None:
     Raises
     ------
     OutputError
-        SBB601 if the file cannot be written.
+        SBB601, SBB604, SBB605, SBB607 if the file cannot be written.
     """
     data = content.encode("utf-8") if isinstance(content, str) else content
-    target = path.resolve()
     try:
-        descriptor, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".new", dir=target.parent)
+        target = _resolved(path)
+        fresh, descriptor = _fresh_file(target)
         try:
             with os.fdopen(descriptor, "wb") as stream:
                 stream.write(data)
                 stream.flush()
                 os.fsync(stream.fileno())
-            os.chmod(name, _file_mode(target))
-            os.replace(name, target)
+            os.chmod(fresh, _file_mode(target))
+            os.replace(fresh, target)
         except BaseException:
             with suppress(OSError):
-                os.unlink(name)
+                os.unlink(fresh)
             raise
-        _sync_directory(target.parent)
+        sync_directory(target.parent)
     except OSError as error:
-        raise _cannot_write(path, error) from error
+        raise cannot_write(path, error) from error
+
+
+def _resolved(path: Path) -> Path:
+    """The path without links."""
+    try:
+        return path.resolve()
+    except RuntimeError as error:  # Python before 3.13
+        raise OSError(errno.ELOOP, "too many symbolic links") from error
+
+
+def _fresh_file(target: Path) -> tuple[Path, int]:
+    """An empty file beside the target, open and locked; those that killed runs have left are removed."""
+    prefix = f".{target.name}.new-"
+    for stale in target.parent.glob(f"{_glob_escape(prefix)}*"):
+        remove_unlocked(stale)
+    fresh = target.parent / f"{prefix}{os.getpid()}-{threading.get_ident()}"
+    descriptor = locked_descriptor(fresh)
+    if descriptor is None:
+        raise OSError(errno.EBUSY, "another run is writing it")
+    return fresh, descriptor
+
+
+@dataclass(frozen=True)
+class ReservedDirectory:
+    """A folder that only this run writes.
+
+    Attributes
+    ----------
+    final : Path
+        Where it lies, links followed.
+    shown : Path
+        As the user named it.
+    """
+
+    final: Path
+    shown: Path
+
+    @contextmanager
+    def replaced(self) -> Iterator[Path]:
+        """An empty folder on the same file system, which takes the place when the block ends without an exception."""
+        try:
+            fresh = Path(tempfile.mkdtemp(prefix=_prefix(self.final, "new"), dir=self.final.parent))
+            try:
+                os.chmod(fresh, _directory_mode(self.final))
+                yield fresh
+                sync_tree(fresh)
+                with uninterrupted():
+                    _swap_in(fresh, self.final)
+            finally:
+                shutil.rmtree(fresh, ignore_errors=True)
+        except OSError as error:
+            raise cannot_write(self.shown, error) from error
 
 
 @contextmanager
-def replace_directory(target: Path, replaceable: Callable[[Path], bool]) -> Iterator[Path]:
-    """A new folder to fill; it takes the place of `target` when the block ends without an exception.
+def reserve_directory(target: Path, replaceable: Callable[[Path], bool]) -> Iterator[ReservedDirectory]:
+    """Find out whether a folder can be written before long work begins, and keep other runs away from it.
 
     Parameters
     ----------
@@ -69,42 +123,55 @@ def replace_directory(target: Path, replaceable: Callable[[Path], bool]) -> Iter
     replaceable : callable
         Whether an existing, non-empty folder may be replaced: protects a mistyped ``-o ~``.
 
+    Raises
+    ------
+    OutputError
+        SBB602 if the target may not be replaced, SBB606 if another run writes it, SBB601, SBB604, SBB605, SBB607 if it
+        cannot be written.
+    """
+    with ExitStack() as kept:
+        try:
+            final = _resolved(target)
+            kept.callback(remove_empty, make_folders(final.parent))
+            kept.enter_context(locked(final, target))
+            _recover(final)
+            _check_replaceable(final, target, replaceable)
+        except OSError as error:
+            raise cannot_write(target, error) from error
+        yield ReservedDirectory(final, target)
+
+
+@contextmanager
+def replace_directory(target: Path, replaceable: Callable[[Path], bool]) -> Iterator[Path]:
+    """A new folder to fill; it takes the place of `target` when the block ends without an exception.
+
+    Parameters and errors as of :func:`reserve_directory`.
+
     Yields
     ------
     Path
         An empty folder on the same file system.
-
-    Raises
-    ------
-    OutputError
-        SBB602 if the target may not be replaced, SBB601 if it cannot be written or another run writes it.
     """
-    final = target.resolve()
-    try:
-        final.parent.mkdir(parents=True, exist_ok=True)
-        with _lock(final, target):
-            _recover(final)
-            _check_replaceable(final, target, replaceable)
-            fresh = Path(tempfile.mkdtemp(prefix=_prefix(final, "new"), dir=final.parent))
-            try:
-                os.chmod(fresh, _directory_mode(final))
-                yield fresh
-                _sync_tree(fresh)
-                _swap_in(fresh, final)
-            finally:
-                shutil.rmtree(fresh, ignore_errors=True)
-    except OSError as error:
-        raise _cannot_write(target, error) from error
+    with reserve_directory(target, replaceable) as place, place.replaced() as fresh:
+        yield fresh
+
+
+def make_folders(folder: Path) -> list[Path]:
+    """Make a folder and those around it; the ones that were made, innermost first."""
+    missing = [each for each in (folder, *folder.parents) if not each.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    return missing
+
+
+def remove_empty(folders: list[Path]) -> None:
+    """Remove folders in which nothing has come to lie."""
+    for folder in folders:
+        with suppress(OSError):
+            folder.rmdir()
 
 
 def _prefix(final: Path, kind: str) -> str:
     return f".{final.name}.{kind}-"
-
-
-def _cannot_write(path: Path, error: OSError) -> OutputError:
-    reason = error.strerror or str(error)
-    helps = {errno.ENOSPC: "free some space and run again", errno.EACCES: "choose another folder with -o"}
-    return OutputError("SBB601", f"cannot write {path}: {reason}", helps.get(error.errno or 0, ""))
 
 
 def _check_replaceable(final: Path, shown: Path, replaceable: Callable[[Path], bool]) -> None:
@@ -139,7 +206,7 @@ def _swap_in(fresh: Path, final: Path) -> None:
     """Give `fresh` the name `final`; whatever had it is in `fresh` or removed afterwards."""
     if not final.exists():
         os.rename(fresh, final)
-    elif not _exchange(fresh, final):
+    elif not exchange(fresh, final):
         old = final.parent / f"{_prefix(final, 'old')}{os.getpid()}"
         os.rename(final, old)
         try:
@@ -148,85 +215,11 @@ def _swap_in(fresh: Path, final: Path) -> None:
             os.rename(old, final)
             raise
         shutil.rmtree(old, ignore_errors=True)
-    _sync_directory(final.parent)
+    sync_directory(final.parent)
 
 
-def _exchange(first: Path, second: Path) -> bool:
-    """Exchange two names in one step; False where the system cannot do that."""
-    if not sys.platform.startswith("linux"):
-        return False
-    try:
-        renameat2 = ctypes.CDLL(None, use_errno=True).renameat2
-    except (OSError, AttributeError):
-        return False
-    renameat2.argtypes = [ctypes.c_int, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_uint]
-    renameat2.restype = ctypes.c_int
-    done = renameat2(_AT_FDCWD, os.fsencode(first), _AT_FDCWD, os.fsencode(second), _RENAME_EXCHANGE)
-    if done == 0:
-        return True
-    number = ctypes.get_errno()
-    if number in (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP):
-        return False
-    raise OSError(number, os.strerror(number), str(second))
-
-
-@contextmanager
-def _lock(final: Path, shown: Path) -> Iterator[None]:
-    """Hold ``.<name>.lock`` beside the target; the kernel frees it when the process dies."""
-    path = final.parent / f".{final.name}.lock"
-    descriptor = _locked_descriptor(path)
-    if descriptor is None:
-        raise OutputError(
-            "SBB601",
-            f"another run is writing {shown}",
-            "wait for it, or give this run another folder with -o",
-        )
-    try:
-        yield
-    finally:
-        with suppress(OSError):
-            path.unlink()
-        os.close(descriptor)
-
-
-def _locked_descriptor(path: Path) -> int | None:
-    """Open and lock the lock file; None if someone else holds it."""
-    while True:
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
-        try:
-            if not _try_lock(descriptor):
-                os.close(descriptor)
-                return None
-            if path.exists() and os.path.samestat(os.fstat(descriptor), os.stat(path)):
-                return descriptor
-        except FileNotFoundError:
-            pass
-        os.close(descriptor)  # the holder before us removed the file between open and lock: again
-
-
-def _try_lock(descriptor: int) -> bool:
-    if sys.platform == "win32":
-        import msvcrt
-
-        try:
-            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
-        except OSError:
-            return False
-        return True
-    import fcntl
-
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError as error:
-        if error.errno in (errno.ENOLCK, errno.ENOTSUP):  # a file system without locks: go on without
-            return True
-        raise
-    return True
-
-
-def _sync_tree(folder: Path) -> None:
+def sync_tree(folder: Path) -> None:
+    """Force all files of a folder to the disk."""
     for directory, _, files in os.walk(folder):
         for name in files:
             descriptor = os.open(os.path.join(directory, name), os.O_RDONLY)
@@ -234,10 +227,11 @@ def _sync_tree(folder: Path) -> None:
                 os.fsync(descriptor)
             finally:
                 os.close(descriptor)
-        _sync_directory(Path(directory))
+        sync_directory(Path(directory))
 
 
-def _sync_directory(folder: Path) -> None:
+def sync_directory(folder: Path) -> None:
+    """Force the names of a folder to the disk, where the system can do that."""
     if sys.platform == "win32":
         return
     descriptor = os.open(folder, os.O_RDONLY)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import re
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 from splinebba_cli.core.result import AdjustmentResult
-from splinebba_cli.output.atomic import replace_directory
+from splinebba_cli.output.atomic import ReservedDirectory, reserve_directory
 from splinebba_cli.output.columns import Table, TableFormat, write_table
 from splinebba_cli.output.dispersion_file import dispersion_arrays, write_dispersion
 from splinebba_cli.output.provenance import LoadedProject, provenance
@@ -50,8 +51,21 @@ class Written:
     tables: tuple[Table, ...]
 
 
+@contextmanager
+def reserve_result_folder(directory: Path) -> Iterator[ReservedDirectory]:
+    """Keep a result folder for this run, before anything is computed: whether it can be written, nobody else writes it.
+
+    Raises
+    ------
+    OutputError
+        SBB602 not a result folder, SBB606 another run writes it, SBB601, SBB604, SBB605, SBB607 cannot be written.
+    """
+    with reserve_directory(directory, is_result_folder) as place:
+        yield place
+
+
 def write_result_folder(
-    directory: Path,
+    place: ReservedDirectory,
     result: AdjustmentResult,
     *,
     loaded: LoadedProject,
@@ -65,8 +79,8 @@ def write_result_folder(
 
     Parameters
     ----------
-    directory : Path
-        Replaced as a whole if it is a result folder.  Files in it that are not the program's own are kept.
+    place : ReservedDirectory
+        Replaced as a whole.  Files in it that are not the program's own are kept.
     result : AdjustmentResult
     loaded : LoadedProject
         Name, file and input hashes of the project.
@@ -89,9 +103,9 @@ def write_result_folder(
     Raises
     ------
     OutputError
-        SBB601, SBB602, SBB406: cannot be written, not a result folder, pyarrow missing.
+        SBB601, SBB604, SBB605, SBB607: cannot be written; SBB406: pyarrow missing.
     """
-    with replace_directory(directory, is_result_folder) as folder:
+    with place.replaced() as folder:
         origin = provenance(loaded, timings if timings is not None else result.timings)
         written = Written(result_to_dict(result, origin), all_tables(result))
         _write(folder / "result.json", result_json_text(written.content))
@@ -103,7 +117,7 @@ def write_result_folder(
             write_dispersion(folder / "dispersion.npz", dispersion_arrays(result, full=dispersion == "full"))
         if reports is not None:
             reports(folder, written)
-        _keep_foreign_files(directory, folder, set(adjusted_files))
+        _keep_foreign_files(place.final, folder, set(adjusted_files))
     return written
 
 

@@ -8,15 +8,20 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from splinebba_cli.errors import OutputError, SimulationError
+from splinebba_cli.output.atomic import make_folders, remove_empty
+from splinebba_cli.output.locking import locked
 from splinebba_cli.simulation.run_record import RunRecord, record_from
+from splinebba_cli.write_errors import cannot_write
 
 RUNS_FORMAT = "splinebba-campaign-runs/2"
 RUNS_FILE = "runs.jsonl"
+REPORT_FILE = "campaign.json"
 
 
 class RunLog:
@@ -56,7 +61,7 @@ class RunLog:
                 self.path.write_text(text, encoding="utf-8", newline="\n")
             self._stream = self.path.open("a", encoding="utf-8", newline="\n")
         except OSError as error:
-            raise OutputError("SBB601", f"`{folder}` cannot be written: {error.strerror}") from error
+            raise cannot_write(folder, error) from error
 
     def _take(self, text: str, head: dict[str, Any]) -> None:
         first, *lines = text.splitlines()
@@ -76,10 +81,19 @@ class RunLog:
         return frozenset(self._lines)
 
     def append(self, record: RunRecord) -> None:
-        """Write a finished run; it is on its way to the disk when this returns."""
+        """Write a finished run; it is on its way to the disk when this returns.
+
+        Raises
+        ------
+        OutputError
+            If there is no room for it: the runs before are kept.
+        """
         line = record.line()
-        self._stream.write(line + "\n")
-        self._stream.flush()
+        try:
+            self._stream.write(line + "\n")
+            self._stream.flush()
+        except OSError as error:
+            raise cannot_write(self.path, error) from error
         self._lines[record.run] = line
 
     def records(self, runs: int) -> list[RunRecord]:
@@ -89,14 +103,38 @@ class RunLog:
     def close(self) -> None:
         """Force what was written to the disk."""
         if not self._stream.closed:
-            self._stream.flush()
-            os.fsync(self._stream.fileno())
-            self._stream.close()
+            try:
+                self._stream.flush()
+                os.fsync(self._stream.fileno())
+                self._stream.close()
+            except OSError as error:
+                with suppress(OSError):  # a second attempt to write what had no room
+                    self._stream.close()
+                raise cannot_write(self.path, error) from error
+
+
+@contextmanager
+def campaign_folder(folder: Path) -> Iterator[None]:
+    """The folder of a campaign, for this run alone; made, and taken away again where nothing comes of it.
+
+    Raises
+    ------
+    OutputError
+        SBB606 if another run is at work there; SBB601, SBB604, SBB605, SBB607 if it cannot be written.
+    """
+    with ExitStack() as kept:
+        try:
+            kept.callback(remove_empty, make_folders(folder))
+            kept.enter_context(locked(folder.resolve() / RUNS_FILE, folder))
+        except OSError as error:
+            raise cannot_write(folder, error) from error
+        yield
 
 
 def discard_runs(folder: Path) -> None:
-    """Remove the runs of a folder, to begin anew."""
-    (folder / RUNS_FILE).unlink(missing_ok=True)
+    """Remove the runs of a folder and what was said of them, to begin anew."""
+    for name in (REPORT_FILE, RUNS_FILE):
+        (folder / name).unlink(missing_ok=True)
 
 
 def _parsed(line: str, path: Path) -> dict[str, Any]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+import logging
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +17,8 @@ from splinebba_cli.project.network_builder import build_network
 from splinebba_cli.project.schema_errors import HOLD_WHEN_MENDED, validate
 from splinebba_cli.project.table_reader import TableReader
 from splinebba_cli.project.yaml_source import read_yaml
+
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -54,8 +58,9 @@ def load_project(path: Path | str, purpose: Purpose = "adjustment") -> LoadedPro
         If anything is wrong; carries every diagnostic.
     """
     path = Path(path)
-    if path.is_dir():
+    if os.path.isdir(path):  # a name that is too long is none
         path = path / "project.yaml"
+    _log.info("reading %s", path)
     collector = Collector()
     source = read_yaml(path, collector)
     model, as_written = (None, False) if source is None else validate(source, collector)

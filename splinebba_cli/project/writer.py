@@ -18,7 +18,6 @@ from splinebba_cli.core.network import (
     Network,
     PointObservations,
 )
-from splinebba_cli.errors import OutputError
 from splinebba_cli.project.model import FORMAT_VERSION
 from splinebba_cli.project.network_tables import (
     arc_lengths_table,
@@ -34,6 +33,7 @@ from splinebba_cli.project.network_tables import (
 from splinebba_cli.project.scalars import sigma_as_written
 from splinebba_cli.project.settings_writer import adjustment_section
 from splinebba_cli.project.yaml_writing import project_yaml
+from splinebba_cli.write_errors import cannot_write
 
 MANY = 50  # splines alike share a table from this number on
 
@@ -75,7 +75,7 @@ def write_project(
     Raises
     ------
     OutputError
-        SBB601, if a file cannot be written.
+        SBB601, SBB604, SBB605, SBB607, if a file cannot be written.
     """
     files = project_files(
         network,
@@ -92,7 +92,7 @@ def write_project(
         for file, text in files.items():
             (folder / file).write_text(text, encoding="utf-8", newline="\n")
     except OSError as error:
-        raise OutputError("SBB601", f"`{folder}` cannot be written: {error.strerror}") from error
+        raise cannot_write(folder, error) from error
     return folder / "project.yaml"
 
 

@@ -19,8 +19,8 @@ WIDTH = 110
 REASONS = 8
 NAMES = 4
 LEGEND = (
-    "  rank: with the orientations known; EOP: independent conditions that are left for the orientations; gauge:",
-    "  conditions on offer; [Lee]: unknowns and redundancy as counted in Lee (2008), tables 5.1 and 5.2",
+    "rank: with the orientations known; EOP: independent conditions that are left for the orientations; gauge: "
+    "conditions on offer; [Lee]: unknowns and redundancy as counted in Lee (2008), tables 5.1 and 5.2"
 )
 LONGEST = 15  # characters of an id
 SOURCE = "--format json has all"
@@ -41,7 +41,8 @@ class BudgetTables:
         width = min(WIDTH, options.max_width)
         if splines:
             yield from rich_table(spline_table(splines), width)
-            yield from (Text(line, style="dim") for line in LEGEND)
+            legend = textwrap.wrap(LEGEND, width, initial_indent="  ", subsequent_indent="  ")
+            yield from (Text(line, style="dim") for line in legend)
             yield from (Text(line, style="dim") for line in reason_lines(splines, width))
         if points:
             yield from rich_table(point_table(points), width)

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from splinebba_cli.core.network import Network
-from splinebba_cli.errors import OutputError
 from splinebba_cli.project.loading import LoadedProject, load_project
 from splinebba_cli.project.writer import write_project
 from splinebba_cli.simulation.assembly import NOMINAL_SIGMA_MM
@@ -21,6 +20,7 @@ from splinebba_cli.simulation.realization import Design, realize
 from splinebba_cli.simulation.six_image_block import KINDS, START_SCALE, kind_design
 from splinebba_cli.simulation.truth import Truth
 from splinebba_cli.simulation.truth_file import TRUTH_FILE, truth_content, truth_text
+from splinebba_cli.write_errors import cannot_write
 
 BLOCK_NOISE = Noise(NOMINAL_SIGMA_MM, 3.0, float(np.radians(1.0)), 1.5)
 PROJECT_SEED = 1
@@ -116,7 +116,7 @@ def write_target(target: Target, folder: Path, seed: int) -> Path:
     Raises
     ------
     OutputError
-        SBB601, if a file cannot be written.
+        SBB601, SBB604, SBB605, SBB607, if a file cannot be written.
     """
     made = realize(target.design, target.noise, seed)
     loaded = target.loaded
@@ -147,7 +147,7 @@ def write_target(target: Target, folder: Path, seed: int) -> Path:
         text = truth_text(truth_content(made.network, made.truth, note))
         path.with_name(TRUTH_FILE).write_text(text, encoding="utf-8")
     except OSError as error:
-        raise OutputError("SBB601", f"`{folder}` cannot be written: {error.strerror}") from error
+        raise cannot_write(folder, error) from error
     return path
 
 

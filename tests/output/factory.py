@@ -39,7 +39,7 @@ from splinebba_cli.core.result import (
     SegmentCoefficients,
     Statistics,
 )
-from splinebba_cli.output.result_folder import write_result_folder
+from splinebba_cli.output.result_folder import reserve_result_folder, write_result_folder
 from splinebba_cli.report.build import write_reports
 from splinebba_cli.report.result_data import ResultData
 
@@ -68,16 +68,17 @@ def write_results(
     **options: Any,
 ) -> None:
     """Write a result folder with its reports, as the command `adjust` does."""
-    write_result_folder(
-        folder,
-        result,
-        loaded=loaded or Loaded(),
-        adjusted_files=adjusted_files or {},
-        reports=lambda new, written: write_reports(
-            new, ResultData.of(written), ["text", "html"] if html else ["text"]
-        ),
-        **options,
-    )
+    with reserve_result_folder(folder) as place:
+        write_result_folder(
+            place,
+            result,
+            loaded=loaded or Loaded(),
+            adjusted_files=adjusted_files or {},
+            reports=lambda new, written: write_reports(
+                new, ResultData.of(written), ["text", "html"] if html else ["text"]
+            ),
+            **options,
+        )
 
 
 def _covariances(rng: np.random.Generator, sigma: np.ndarray, count: int) -> np.ndarray:

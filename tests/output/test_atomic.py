@@ -33,7 +33,7 @@ def _leftovers(parent: Path) -> list[str]:
 @pytest.mark.parametrize("exchange", [True, False])
 def test_replaces_and_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, exchange: bool) -> None:
     if not exchange:
-        monkeypatch.setattr(atomic, "_exchange", lambda *_: False)
+        monkeypatch.setattr(atomic, "exchange", lambda *_: False)
     target = tmp_path / "deep" / "out"
     _write(target, "old")
     (target / "stale").touch()
@@ -58,7 +58,7 @@ def test_failed_second_rename_brings_the_old_folder_back(
 ) -> None:
     target = tmp_path / "out"
     _write(target, "old")
-    monkeypatch.setattr(atomic, "_exchange", lambda *_: False)
+    monkeypatch.setattr(atomic, "exchange", lambda *_: False)
     rename = os.rename
     calls = []
 

@@ -98,7 +98,7 @@ def test_read_only_parent(tmp_path: Path) -> None:
             _write(tmp_path / "a")
     finally:
         tmp_path.chmod(0o700)
-    assert caught.value.code == "SBB601"
+    assert caught.value.code == "SBB605"
 
 
 def test_provenance_tells_no_folder_of_the_machine(tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ Liu, J. W. H. (1992): The multifrontal method for sparse matrix solution: theory
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -48,8 +49,12 @@ from splinebba_cli.core.threads import in_threads
 if TYPE_CHECKING:
     from splinebba_cli.core.estimation.selected_inverse import SelectedInverse
 
+_log = logging.getLogger(__name__)
+
 SINGLE_FRONT = 300
 """Up to so many unknowns are eliminated in one front."""
+LONG_TO_ORDER = 20_000
+"""Of more unknowns the ordering is told as a stage of its own."""
 PART_UNKNOWNS = 60
 """Parts of so many unknowns are not divided further; merging fronts decides the rest."""
 
@@ -90,6 +95,8 @@ def analyse(structure: BlockStructure, positions: npt.ArrayLike | None = None) -
     -------
     SymbolicFactor
     """
+    level = logging.INFO if structure.n_unknowns > LONG_TO_ORDER else logging.DEBUG
+    _log.log(level, "ordering of %d unknowns", structure.n_unknowns)
     place = checked_positions(positions, structure.n_nodes)
     everywhere = global_nodes(structure, place)
     if structure.n_unknowns <= SINGLE_FRONT:

@@ -13,6 +13,7 @@ The equations themselves (measurements, their derivatives) are not among it.
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -23,6 +24,8 @@ from splinebba_cli.errors import NotEnoughMemoryError
 
 if TYPE_CHECKING:
     from splinebba_cli.core.estimation.block_cholesky import SymbolicFactor
+
+_log = logging.getLogger(__name__)
 
 NUMBER = 8
 """Bytes of a floating-point number and of an index."""
@@ -85,6 +88,12 @@ def require_memory(symbolic: SymbolicFactor, available: float | None = None) -> 
     """
     needed = factor_memory(symbolic)
     there = available_memory() if available is None else available
+    _log.debug(
+        "%d unknowns in %d fronts, factor %s (%.2f %% of full), %.3g operations, %s at the peak",
+        symbolic.structure.n_unknowns, symbolic.n_fronts, _amount(needed.factor),
+        100.0 * symbolic.factor_entries / max(1.0, 0.5 * symbolic.structure.n_unknowns**2), symbolic.flops,
+        _amount(needed.peak),
+    )  # fmt: skip
     if needed.peak <= there:
         return needed
     message = (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -56,6 +57,8 @@ from splinebba_cli.core.result import (
 )
 from splinebba_cli.core.state import Prepared
 
+_log = logging.getLogger(__name__)
+
 
 @dataclass(frozen=True)
 class Adjusted:
@@ -83,6 +86,7 @@ class _Figures:
     @classmethod
     def of(cls, adjusted: Adjusted) -> _Figures:
         prepared, solved = adjusted.prepared, adjusted.solved
+        _log.info("dispersion")
         cofactors = Cofactors(solved.assembler, solved.solution, _datum(prepared, solved))
         linked = linked_cofactors(cofactors)
         numbers = redundancy_numbers(cofactors, linked)
@@ -96,6 +100,7 @@ class _Figures:
 def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> AdjustmentResult:
     """Everything that follows from a solution; the cofactors are given up before the model as a whole is tested."""
     result, numbers = _evaluated(adjusted, full_dispersion)
+    _log.info("tests of the model")
     return with_model_evidence(result, adjusted.solved, numbers, adjusted.weights)
 
 
@@ -103,6 +108,7 @@ def _evaluated(adjusted: Adjusted, full_dispersion: bool) -> tuple[AdjustmentRes
     """All but the evidence about the model as a whole."""
     figures = _Figures.of(adjusted)
     prepared, solution = adjusted.prepared, adjusted.solved.solution
+    _log.info("residuals and their tests")
     tables = _residual_tables(figures)
     samples = curve_samples(figures.cofactors, figures.scale)
     on_curves = tables["curve_residuals"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from splinebba_cli.core.estimation.blas_threads import one_thread
 from splinebba_cli.core.quality.cofactors import Cofactors
 from splinebba_cli.core.quality.orientation_dispersion import eop_transform
 from splinebba_cli.core.result import DispersionBlocks
@@ -49,4 +50,6 @@ def dispersion_blocks(cofactors: Cofactors, scale: float) -> DispersionBlocks:
             names += [f"spline {curve.id} value {row} {axis}" for axis in "xyz"]
         rows.append(block.reshape(-1, size))
     linear = np.vstack(rows) if rows else np.zeros((0, size))
-    return DispersionBlocks(tuple(names), linear @ inverse @ linear.T * scale)
+    with one_thread():  # the same digits with any number of them
+        matrix = linear @ inverse @ linear.T * scale
+    return DispersionBlocks(tuple(names), matrix)

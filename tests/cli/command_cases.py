@@ -1,0 +1,116 @@
+"""How every command is called so that it succeeds, and so that it fails: for tests that no command may escape."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import typer
+from typer.testing import CliRunner, Result
+
+from splinebba_cli.commands.app import app
+
+
+@dataclass(frozen=True)
+class Case:
+    """A command line and its exit code; words in braces are files of :func:`stage`."""
+
+    command: str
+    name: str
+    words: str
+    exit_code: int
+
+    @property
+    def id(self) -> str:
+        """For pytest."""
+        return f"{self.command}: {self.name}"
+
+
+CASES = (
+    Case("check", "valid", "{good}", 0),
+    Case("check", "invalid", "{bad}", 2),
+    Case("check", "too long a name", "{long}", 2),
+    Case("check", "missing", "{nothing}", 2),
+    Case("check", "not solvable", "{singular}", 3),
+    Case("adjust", "accepted", "{good} -o {new} --no-html", 0),
+    Case("adjust", "not accepted", "{strict} -o {new} --no-html", 1),
+    Case("adjust", "invalid", "{bad} -o {new}", 2),
+    Case("adjust", "missing", "{nothing}", 2),
+    Case("adjust", "not solvable", "{singular} -o {new}", 3),
+    Case("adjust", "output is a file", "{good} -o {file}", 2),
+    Case("adjust", "output is somebody's folder", "{good} -o {folder}", 2),
+    Case("adjust", "output has too long a name", "{good} -o {long}", 2),
+    Case("adjust", "quiet and verbose", "{good} -o {new} -q -v", 2),
+    Case("simulate", "list", "list", 0),
+    Case("simulate", "kind", "strip -o {new}", 0),
+    Case("simulate", "project", "{good} -o {new}", 0),
+    Case("simulate", "campaign", "{good} -o {new} --runs 1 --jobs 1 --figures none", 0),
+    Case("simulate", "campaign without a solution", "six-image-singular -o {new} --runs 1 --figures none", 3),
+    Case("simulate", "prediction", "{good} -o {new} --predict", 0),
+    Case("simulate", "unknown kind", "no-such-kind", 2),
+    Case("simulate", "invalid", "{bad} -o {new}", 2),
+    Case("simulate", "there is one", "strip -o {good}", 2),
+    Case("simulate", "bad study", "strip -o {new} --runs 1 --study x", 2),
+    Case("simulate", "output has too long a name", "strip -o {long}", 2),
+    Case("simulate", "campaign with too long a name", "strip -o {long} --runs 1", 2),
+    Case("fit", "points", "{points} -o {new}", 0),
+    Case("fit", "missing", "{nothing}", 2),
+    Case("fit", "no points", "{file} -o {new}", 2),
+    Case("fit", "no σ", "{points} -o {new} --role control", 2),
+    Case("fit", "output in no folder", "{points} -o {nothing}/x.yaml", 2),
+    Case("fit", "output has too long a name", "{points} -o {long}", 2),
+    Case("compare", "same", "{results} {results}", 0),
+    Case("compare", "different", "{results} {others} --fail-on-difference --alpha 0.99", 1),
+    Case("compare", "no results", "{results} {folder}", 2),
+    Case("compare", "bad α", "{results} {results} --alpha 7", 2),
+    Case("report", "results", "{results}", 0),
+    Case("report", "results elsewhere", "{results} -o {new}.txt", 0),
+    Case("report", "no results", "{folder}", 2),
+    Case("report", "output in no folder", "{results} -o {nothing}/r.html", 2),
+    Case("schema", "project", "", 0),
+    Case("schema", "unknown", "nosuch", 2),
+    Case("explain", "code", "SBB301", 0),
+    Case("explain", "unknown", "SBB000", 2),
+)
+
+
+def commands() -> list[str]:
+    """All commands of the program."""
+    return sorted(typer.main.get_command(app).commands)  # type: ignore[attr-defined]
+
+
+def run(*arguments: object) -> Result:
+    """A command in this process."""
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def stage(folder: Path) -> dict[str, str]:
+    """Projects, results and other files for the cases."""
+    for name, kind, seed in (
+        ("good", "strip", 3),
+        ("strict", "strip", 4),
+        ("bad", "strip", 1),
+    ):
+        assert run("simulate", kind, "-o", folder / name, "--seed", seed).exit_code == 0
+    assert run("simulate", "six-image-singular", "-o", folder / "singular").exit_code == 0
+    _edit(folder / "strict", "\n", "\nacceptance: {max_sigma0: 1e-3}\n")
+    _edit(folder / "bad", "cameras:", "kameras:")
+    assert run("adjust", folder / "good", "-o", folder / "results", "--no-html").exit_code == 0
+    assert run("adjust", folder / "strict", "-o", folder / "others", "--no-html").exit_code == 1
+    (folder / "folder").mkdir()
+    (folder / "folder" / "thesis.txt").write_text("mine", encoding="utf-8")
+    (folder / "file").write_text("mine", encoding="utf-8")
+    rows = "".join(f"{x},{0.01 * x * x},0\n" for x in range(30))
+    (folder / "points.csv").write_text(f"x,y,z\n{rows}", encoding="utf-8")
+    names = ("good", "strict", "bad", "singular", "results", "others", "folder", "file", "nothing")
+    return {name: str(folder / name) for name in names} | {
+        "points": str(folder / "points.csv"),
+        "long": str(folder / ("x" * 300)),
+    }
+
+
+def _edit(project: Path, old: str, new: str) -> None:
+    path = project / "project.yaml"
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text + new if old == "\n" else text.replace(old, new), encoding="utf-8")
