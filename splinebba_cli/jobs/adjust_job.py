@@ -44,6 +44,15 @@ class AdjustOptions:
     outliers: OutlierMethod | None = None
     html: bool = True
 
+    def told(self) -> dict[str, Any]:
+        """What the results depend on besides the project and its files: part of their provenance."""
+        return {
+            "dispersion": self.dispersion,
+            "tables": self.tables,
+            "outliers": self.outliers,
+            "html": self.html,
+        }
+
 
 @dataclass(frozen=True)
 class AdjustOutcome:
@@ -133,5 +142,6 @@ def run_adjustment(
             folder, ResultData.of(new), ["text", "html"] if options.html else ["text"]
         ),
         timings={**seconds, **result.timings},
+        options=options.told(),
     )
     return AdjustOutcome(loaded, directory, written.content, criteria, result.problems, not failed, seconds)
