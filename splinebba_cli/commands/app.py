@@ -10,7 +10,7 @@ import typer
 from typer.core import TyperGroup
 
 from splinebba_cli import __version__
-from splinebba_cli.commands import adjust, check, compare, explain, fit, report, schema, simulate
+from splinebba_cli.commands import adjust, batch, check, compare, explain, fit, report, schema, simulate
 from splinebba_cli.errors import ExitCode
 
 COLLECT_AFTER = 100_000  # new objects
@@ -88,6 +88,7 @@ def program(
 
 app.command("check")(check.check)
 app.command("adjust")(adjust.adjust)
+app.command("batch")(batch.batch)
 app.command("report")(report.report)
 app.command("simulate")(simulate.simulate)
 app.command("fit")(fit.fit)
