@@ -5,6 +5,7 @@ from __future__ import annotations
 import queue
 import uuid
 from collections.abc import Generator, Sequence
+from concurrent.futures import CancelledError
 from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
@@ -88,14 +89,15 @@ def _finished(
 
 
 def _outcome(future: Future, task: Task) -> Outcome:
-    if future.status == "finished":
+    if future.status == "error":
+        error = future.exception()
+        if type(error).__name__ == "KilledWorker":
+            return outcome_of_loss(task, Verdict.killed, "every worker that it was given to was lost")
+        return outcome_of_loss(task, Verdict.crashed, f"{type(error).__name__}: {error}")
+    try:
         return Outcome.of_data(future.result())
-    error = future.exception() if future.status == "error" else None
-    if error is None:
+    except (CancelledError, OSError):
         return outcome_of_loss(task, Verdict.killed, "the scheduler ended")
-    if type(error).__name__ == "KilledWorker":
-        return outcome_of_loss(task, Verdict.killed, "every worker that it was given to was lost")
-    return outcome_of_loss(task, Verdict.crashed, f"{type(error).__name__}: {error}")
 
 
 def _connected(address: str) -> Client:
@@ -113,11 +115,15 @@ def _connected(address: str) -> Client:
 
 def _require_able_workers(client: Client, task: Task) -> None:
     """Every worker has this version of the program and sees the first project."""
-    if not _workers(client):
+    try:
+        client.wait_for_workers(1, timeout=_CONNECT_S)
+    except OSError as error:
         help = "start some: dask worker ADDRESS"
-        raise ClusterError("SBB816", "the scheduler has no workers", help)
+        raise ClusterError("SBB816", "the scheduler has no workers", help) from error
     found = client.run(what_is_here, str(task.project_file), on_error="return")
     for worker, answer in found.items():
+        if isinstance(answer, OSError):
+            continue  # lost in between
         if isinstance(answer, BaseException):
             help = "install the same version of splinebba where the workers run"
             raise ClusterError("SBB816", f"worker {worker} cannot import the program: {answer}", help)

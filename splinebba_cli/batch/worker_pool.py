@@ -6,6 +6,7 @@ import threading
 from collections.abc import Generator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 
+from splinebba_cli.batch.adjusting import outcome_of_loss
 from splinebba_cli.batch.outcome import Outcome, Verdict
 from splinebba_cli.batch.plan import Task
 from splinebba_cli.batch.worker_process import WorkerProcess
@@ -33,7 +34,10 @@ class WorkerPool:
         with self._lock:
             if self._closed:
                 return Outcome(str(task.project), Verdict.not_run)
-            worker = self._idle.pop() if self._idle else WorkerProcess(self._threads)
+            try:
+                worker = self._idle.pop() if self._idle else WorkerProcess(self._threads)
+            except OSError as error:  # no memory, no more processes, no temporary file
+                return outcome_of_loss(task, Verdict.killed, f"no process could be started: {error.strerror}")
             self._busy.add(worker)
         outcome = worker.run(task, timeout)
         with self._lock:
