@@ -24,7 +24,7 @@ class BatchResult:
 
 def run_batch(
     tasks: Sequence[Task],
-    kept: Sequence[Outcome | None],
+    kept: Callable[[Sequence[Task]], Sequence[Outcome | None]],
     adjust: Adjust,
     *,
     fail_fast: bool,
@@ -35,8 +35,8 @@ def run_batch(
     Parameters
     ----------
     tasks : sequence of Task
-    kept : sequence of Outcome or None
-        For every task, the outcome that up-to-date results tell.
+    kept : callable
+        Gives for every task the outcome that up-to-date results tell, or None.
     adjust : callable
         Gives the outcomes of tasks as they are finished; closed when no more are wanted.
     fail_fast : bool
@@ -45,10 +45,9 @@ def run_batch(
         Gets every outcome as soon as it is known.
     """
     known: dict[str, Outcome] = {}
-    missing = [task for task, outcome in zip(tasks, kept, strict=True) if outcome is None]
     interrupted = False
     try:
-        with closing(_in_turn(kept, missing, adjust)) as outcomes:
+        with closing(_in_turn(tasks, kept(tasks), adjust)) as outcomes:
             for outcome in outcomes:
                 known[outcome.project] = outcome
                 tell(outcome)
@@ -61,9 +60,10 @@ def run_batch(
 
 
 def _in_turn(
-    kept: Sequence[Outcome | None], missing: Sequence[Task], adjust: Adjust
+    tasks: Sequence[Task], kept: Sequence[Outcome | None], adjust: Adjust
 ) -> Generator[Outcome, None, None]:
     yield from (outcome for outcome in kept if outcome is not None)
+    missing = [task for task, outcome in zip(tasks, kept, strict=True) if outcome is None]
     if missing:
         with closing(adjust(missing)) as outcomes:
             yield from outcomes

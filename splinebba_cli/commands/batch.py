@@ -20,12 +20,14 @@ from splinebba_cli.commands.options import (
 )
 from splinebba_cli.errors import OutputError
 
+_LONGEST_S = 4_000_000.0  # clocks of some systems end after 49 days
+
 
 def batch(
     targets: Annotated[
         list[str],
         typer.Argument(
-            metavar="TARGET...",
+            metavar="TARGET",
             help="Project files, folders with a project.yaml, patterns such as 'blocks/**/project.yaml'.",
             show_default=False,
         ),
@@ -54,7 +56,9 @@ def batch(
     ] = None,
     timeout: Annotated[
         float | None,
-        typer.Option("--timeout", metavar="SECONDS", min=0.001, help="Longest time for a project."),
+        typer.Option(
+            "--timeout", metavar="SECONDS", min=0.001, max=_LONGEST_S, help="Longest time for a project."
+        ),
     ] = None,
     fail_fast: Annotated[
         bool, typer.Option("--fail-fast", help="Stop at the first project that is not accepted.")

@@ -75,9 +75,8 @@ def run_and_tell(
     """Adjust; then print the summary, write the files, and exit with the worst code."""
     with orderly_end():
         with _told(tasks, request, places, log) as tell:
-            result = run_batch(
-                tasks, _kept(tasks, request), _adjust(request), fail_fast=request.fail_fast, tell=tell
-            )
+            kept = partial(_kept, request=request)
+            result = run_batch(tasks, kept, _adjust(request), fail_fast=request.fail_fast, tell=tell)
         log.detail(f"{counted(result.outcomes)} in {time.perf_counter() - begin:.1f} s")
         code = _code(result)
         _print(result, code, format, log)

@@ -37,7 +37,7 @@ def run(
             begun.append("closed")
 
     told: list[Outcome] = []
-    result = run_batch(TASKS, kept, adjust, fail_fast=fail_fast, tell=told.append)
+    result = run_batch(TASKS, lambda _: kept, adjust, fail_fast=fail_fast, tell=told.append)
     run_ones = [outcome for outcome in result.outcomes if outcome.verdict is not Verdict.not_run]
     assert sorted(outcome.project for outcome in told) == [outcome.project for outcome in run_ones]
     return result, begun
@@ -98,3 +98,14 @@ def test_the_third_signal_is_as_always() -> None:
             except KeyboardInterrupt:
                 continue
         assert signal.getsignal(signal.SIGTERM) == signal.getsignal(signal.SIGINT) == signal.SIG_DFL
+
+
+def test_interrupted_while_results_are_looked_at() -> None:
+    def looks(_: Sequence[Task]) -> Sequence[Outcome | None]:
+        raise KeyboardInterrupt
+
+    def adjust(_: Sequence[Task]) -> Generator[Outcome, None, None]:
+        pytest.fail("nothing may begin")
+
+    result = run_batch(TASKS, looks, adjust, fail_fast=False, tell=pytest.fail)
+    assert verdicts(result) == "...." and result.interrupted
