@@ -38,7 +38,7 @@ class BatchSummary:
 
         for outcome in self._outcomes:
             yield from self._problems(outcome)
-        yield _table_that_fits(self._outcomes, console, options)
+        yield from _table_that_fits(self._outcomes, console, options)
         yield Text(counted(self._outcomes), style="bold")
 
     def _problems(self, outcome: Outcome) -> Iterator[RenderableType]:
@@ -78,13 +78,17 @@ def _problem(problem: Diagnostic, outcome: Outcome) -> RenderableType:
 
 def _table_that_fits(
     outcomes: Sequence[Outcome], console: Console, options: ConsoleOptions
-) -> RenderableType:
+) -> Iterator[RenderableType]:
     """Where the console is too narrow for all columns, the result folders are left out."""
     from rich.measure import Measurement
+    from rich.text import Text
 
     whole = _table(outcomes, with_results=True)
-    fits = Measurement.get(console, options.update_width(_WIDE), whole).maximum <= options.max_width
-    return whole if fits else _table(outcomes, with_results=False)
+    if Measurement.get(console, options.update_width(_WIDE), whole).maximum <= options.max_width:
+        yield whole
+        return
+    yield _table(outcomes, with_results=False)
+    yield Text("result folders left out to fit the width (--dry-run lists them)", style="dim")
 
 
 def _table(outcomes: Sequence[Outcome], *, with_results: bool) -> RenderableType:
