@@ -130,6 +130,13 @@ ERROR_CODES: dict[str, str] = {
     "SBB702": "not enough is known to simulate",
     "SBB703": "another campaign",
     "SBB704": "a worker process ended",
+    # 8xx: many projects in one run
+    "SBB801": "a worker process was killed",
+    "SBB802": "the time limit of a project is over",
+    "SBB810": "no project to adjust",
+    "SBB811": "results of two projects in one place",
+    "SBB815": "the scheduler cannot be used",
+    "SBB816": "workers of the scheduler cannot adjust",
     # 9xx: the program
     "SBB900": "usage",
     "SBB901": "interrupted",

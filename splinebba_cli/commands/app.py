@@ -11,7 +11,7 @@ from typer.core import TyperGroup
 
 from splinebba_cli import __version__
 from splinebba_cli.__main__ import main as main  # where console scripts of earlier installations look for it
-from splinebba_cli.commands import adjust, check, compare, explain, fit, report, schema, simulate
+from splinebba_cli.commands import adjust, batch, check, compare, explain, fit, report, schema, simulate
 from splinebba_cli.commands.lost_results import flush_results, is_lost, print_lost_results
 from splinebba_cli.commands.usage_errors import belongs_to_typer, print_usage_error, wants_json
 from splinebba_cli.errors import ExitCode
@@ -117,6 +117,11 @@ _add(
     "project.yaml",
     "project.yaml -o results --outliers snooping -v",
     "project.yaml -q --format json > summary.json",
+)  # fmt: skip
+_add(
+    "batch", batch.batch, "Adjust many projects side by side.",
+    "blocks/*/project.yaml --jobs 4",
+    "'blocks/**/project.yaml' --junit batch.xml --resume",
 )  # fmt: skip
 _add(
     "report", report.report, "Build the report of a result folder again.",

@@ -47,6 +47,15 @@ class AdjustOptions:
     outliers: OutlierMethod | None = None
     html: bool = True
 
+    def told(self) -> dict[str, Any]:
+        """What the results depend on besides the project and its files: part of their provenance."""
+        return {
+            "dispersion": self.dispersion,
+            "tables": self.tables,
+            "outliers": self.outliers,
+            "html": self.html,
+        }
+
 
 @dataclass(frozen=True)
 class AdjustOutcome:
@@ -139,6 +148,7 @@ def run_adjustment(
                 folder, ResultData.of(new), ["text", "html"] if options.html else ["text"]
             ),
             timings={**seconds, **result.timings},
+            options=options.told(),
         )
     stages = {key.removesuffix("_s"): value for key, value in result.timings.items()}
     seconds = {"read": read - start, **stages, "write": time.perf_counter() - adjusted}

@@ -1,4 +1,4 @@
-"""Where a result comes from: program, libraries, platform, input files with their hashes, time.
+"""Where a result comes from: program, libraries, platform, options, input files with their hashes, time.
 
 Everything that changes from run to run is in the one block ``timestamps``; the environment variable
 ``SOURCE_DATE_EPOCH`` (seconds since 1970) freezes it.
@@ -32,7 +32,11 @@ class LoadedProject(Protocol):
         """File name → sha256, the project file and its side tables."""
 
 
-def provenance(loaded: LoadedProject, timings: Mapping[str, float] | None = None) -> dict[str, Any]:
+def provenance(
+    loaded: LoadedProject,
+    timings: Mapping[str, float] | None = None,
+    options: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
     """The ``provenance`` part of result.json.
 
     Parameters
@@ -40,6 +44,8 @@ def provenance(loaded: LoadedProject, timings: Mapping[str, float] | None = None
     loaded : LoadedProject
     timings : mapping, optional
         Seconds per stage.
+    options : mapping, optional
+        What was asked for besides the project, JSON types only.
 
     Returns
     -------
@@ -60,6 +66,7 @@ def provenance(loaded: LoadedProject, timings: Mapping[str, float] | None = None
             "scipy": version("scipy"),
         },
         "platform": f"{platform.system()} {platform.machine()}",
+        "options": dict(options or {}),
         "inputs": [{"file": name, "sha256": names[name]} for name in sorted(names)],
         "timestamps": _timestamps(timings or {}),
     }

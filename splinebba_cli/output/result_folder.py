@@ -74,6 +74,7 @@ def write_result_folder(
     tables: TableFormat = "csv",
     reports: Callable[[Path, Written], object] | None = None,
     timings: Mapping[str, float] | None = None,
+    options: Mapping[str, Any] | None = None,
 ) -> Written:
     """Write everything that `adjust` promises; the folder is the old one or the new one, never a mixture.
 
@@ -94,6 +95,8 @@ def write_result_folder(
         old one.
     timings : mapping, optional
         Seconds per stage, by default those of `result`.
+    options : mapping, optional
+        What was asked for besides the project, for the provenance.
 
     Returns
     -------
@@ -106,7 +109,7 @@ def write_result_folder(
         SBB601, SBB604, SBB605, SBB607: cannot be written; SBB406: pyarrow missing.
     """
     with place.replaced() as folder:
-        origin = provenance(loaded, timings if timings is not None else result.timings)
+        origin = provenance(loaded, timings if timings is not None else result.timings, options)
         written = Written(result_to_dict(result, origin), all_tables(result))
         _write(folder / "result.json", result_json_text(written.content))
         for table in written.tables:

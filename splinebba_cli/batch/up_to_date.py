@@ -1,0 +1,56 @@
+"""Whether the results of a project are those that a new adjustment would give.
+
+They are where result.json tells the same program version, the same options and the same sha256 of all files that were
+read.  The project file names the tables, so that with the same project file the files are the same ones.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from splinebba_cli import __version__
+from splinebba_cli.batch.adjusting import outcome_of_result
+from splinebba_cli.batch.outcome import Outcome
+from splinebba_cli.batch.plan import Task
+from splinebba_cli.core.threads import in_threads
+from splinebba_cli.errors import OutputError
+from splinebba_cli.output.result_json import load_result_json
+
+
+def kept_outcomes(tasks: Sequence[Task]) -> list[Outcome | None]:
+    """The outcome of every task whose results are up to date; None of the others."""
+    return in_threads(kept_outcome, tasks)
+
+
+def kept_outcome(task: Task) -> Outcome | None:
+    """The outcome that up-to-date results tell; None where they are not, or there are none."""
+    try:
+        content = load_result_json(task.result_folder)
+    except OutputError:
+        return None
+    if not _same_origin(task, content.get("provenance", {})):
+        return None
+    return replace(outcome_of_result(task, content), up_to_date=True)
+
+
+def _same_origin(task: Task, provenance: dict[str, Any]) -> bool:
+    inputs = {item["file"]: item["sha256"] for item in provenance.get("inputs", [])}
+    return (
+        provenance.get("program", {}).get("version") == __version__
+        and provenance.get("options") == task.options.told()
+        and task.project_file.name in inputs
+        and all(_sha256(task.project_file.parent / file) == digest for file, digest in inputs.items())
+    )
+
+
+def _sha256(file: Path) -> str | None:
+    """None where the file cannot be read."""
+    try:
+        with file.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError:
+        return None
