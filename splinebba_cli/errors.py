@@ -126,6 +126,8 @@ ERROR_CODES: dict[str, str] = {
     "SBB702": "not enough is known to simulate",
     "SBB703": "another campaign",
     "SBB704": "a worker process ended",
+    # 8xx: projects to start from
+    "SBB821": "the polyline cannot carry a block",
     # 9xx: the program
     "SBB900": "usage",
     "SBB970": "unexpected error inside the program",

@@ -10,7 +10,7 @@ import typer
 from typer.core import TyperGroup
 
 from splinebba_cli import __version__
-from splinebba_cli.commands import adjust, check, compare, explain, fit, report, schema, simulate
+from splinebba_cli.commands import adjust, check, compare, explain, fit, init, report, schema, simulate
 from splinebba_cli.errors import ExitCode
 
 COLLECT_AFTER = 100_000  # new objects
@@ -86,6 +86,7 @@ def program(
     """Bundle block adjustment with points and three-dimensional curves."""
 
 
+app.command("init")(init.init)
 app.command("check")(check.check)
 app.command("adjust")(adjust.adjust)
 app.command("report")(report.report)
