@@ -60,7 +60,6 @@ ERROR_CODES: dict[str, str] = {
     "SBB313": "measurement outside of the image",
     "SBB314": "prior without a value",
     "SBB315": "image without any way to an approximate orientation",
-    "SBB316": "control feature without an error to adjust and without observations",
     "SBB320": "too few points for a curve",
     "SBB321": "coordinates in degrees",
     "SBB322": "heights missing",

@@ -29,7 +29,7 @@ ORIGIN = (4000.0, 8000.0, 0.0)
 SIGMA_PX = 0.4
 POSITION_SIGMA_M, HEIGHT_SIGMA_M, ANGLE_SIGMA_DEG, HEADING_SIGMA_DEG = 0.08, 0.12, 0.006, 0.012
 GIVEN_SIGMA_M = 0.03
-CONTROL = np.array([[-30, -40], [650, -30], [640, 330], [-20, 320], [310, 140]], dtype=float)
+CONTROL = np.array([[-20, -40], [610, -30], [600, 320], [-10, 310], [310, 140]], dtype=float)
 AREA = (-60.0, -80.0, 680.0, 360.0)
 ROADS = {
     "road-1": road((-20.0, 60.0), (640.0, 210.0), 11, 22.0),

@@ -156,8 +156,11 @@ def _carried(design: Design, flight: Flight) -> AdjustmentResult:
     """The predicted result of a block whose orientations are determined, and not by a hair."""
     try:
         result = predict(design)
-    except NotSolvableError as error:
-        message = f"the polyline cannot carry a block: {error.problems[0].message if error.problems else error.message}"
+    except NotSolvableError:
+        message = (
+            f"the polyline cannot carry a block: it leaves the orientations of {len(flight.image_ids)} images over it "
+            "undetermined"
+        )
         raise UsageError("SBB821", message, HELP) from None
     variances = np.diagonal(result.images.dispersion, axis1=1, axis2=2)[:, 3:]
     largest = float(np.sqrt(variances.max()))
