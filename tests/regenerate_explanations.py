@@ -25,7 +25,9 @@ def main() -> None:
             text = page.read_text(encoding="utf-8")
             old = f"$ {example.command}\n" + (f"{example.output}\n" if example.output else "")
             assert text.count(old + "```") == 1, page.name
-            page.write_text(text.replace(old + "```", f"$ {example.command}\n{output}\n```"), encoding="utf-8")
+            page.write_text(
+                text.replace(old + "```", f"$ {example.command}\n{output}\n```"), encoding="utf-8"
+            )
             print(f"{page.name}: renewed")
 
 
