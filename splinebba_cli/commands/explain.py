@@ -19,10 +19,13 @@ NEAR = 3  # codes that are suggested
 
 
 def _completed(incomplete: str) -> list[tuple[str, str]]:
-    """Codes and their titles, for the completion of the shell."""
-    wanted = _code_of(incomplete) if incomplete else ""
+    """Codes and their titles for the completion of the shell, written as the user writes them."""
     known = {ALL: "lists the codes", **ERROR_CODES}
-    return [(code, title) for code, title in known.items() if code.upper().startswith(wanted.upper())]
+    if incomplete[:1].isdigit():
+        known = {code.removeprefix("SBB"): title for code, title in ERROR_CODES.items()}
+    elif incomplete and incomplete == incomplete.lower():
+        known = {code.lower(): title for code, title in known.items()}
+    return [(code, title) for code, title in known.items() if code.startswith(incomplete)]
 
 
 def explain(

@@ -16,7 +16,14 @@ def run(code: str) -> str:
 
 @pytest.mark.parametrize(
     "arguments",
-    [["--help"], ["adjust", "--help"], ["simulate", "--help"], ["--version"], ["explain", "SBB301"]],
+    [
+        ["--help"],
+        ["adjust", "--help"],
+        ["simulate", "--help"],
+        ["--version"],
+        ["explain", "SBB301"],
+        ["init", "--list"],
+    ],
 )
 def test_help_imports_nothing_heavy(arguments: list[str]) -> None:
     code = (
