@@ -32,7 +32,7 @@ def explain(
     code: Annotated[
         str,
         typer.Argument(
-            metavar="[CODE|all]",
+            metavar="CODE",
             help="Code such as SBB301, sbb301 or 301; `all` lists them.",
             autocompletion=_completed,
         ),

@@ -36,7 +36,7 @@ class TemplateChoice(StrEnum):
 def init(
     folder: Annotated[
         Path | None,
-        typer.Argument(metavar="[FOLDER]", help="Folder to make. Default: the name of the template."),
+        typer.Argument(metavar="FOLDER", help="Folder to make. Default: the name of the template."),
     ] = None,
     template: Annotated[
         TemplateChoice | None,
