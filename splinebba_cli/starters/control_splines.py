@@ -36,6 +36,7 @@ SEED = 1
 CAMERA = DigitalCamera("cam-1", 80.0, 0.0046, (11608, 8708), (0.012, -0.008), 2.1e-6, -4.0e-10)
 SIGMA_PX, CONTROL_SIGMA_M, CHECK_SIGMA_M = 0.5, 0.05, 0.03
 WEAKEST = 0.01  # largest σ of a station, of the flying height: beyond it the lines do not hold the block
+STRAIGHT = 1e-3  # of its length: lines that leave one straight line by less
 START = 0.01  # errors of approximate positions, of the flying height
 OWN_LINES = "lines.geojson"
 HELP = (
@@ -64,6 +65,7 @@ def _over(polyline: Polyline) -> Starter:
     options = ReadingOptions(polyline.columns, polyline.height, polyline.cartesian)
     lines, warnings = read_digitised_lines(polyline.file, options)
     curves = _fitted(lines, polyline)
+    _require_bent(np.vstack([curve.values for curve in curves]))
     origin = _origin(curves)
     flight = plan_flight(np.vstack([line.points for line in lines]) - origin, CAMERA, origin)
     design = _design(_true(curves, origin), flight)
@@ -116,6 +118,15 @@ def _fitted(lines: Sequence[DigitisedLine], polyline: Polyline) -> tuple[Curve, 
             "SBB302", f"two lines have the id `{twice}`", "give each line of the file an id of its own"
         )
     return tuple(out)
+
+
+def _require_bent(knots: FloatArray) -> None:
+    """Not all knots (n, 3) lie on one straight line."""
+    extents = np.linalg.svd(knots - knots.mean(axis=0), compute_uv=False)
+    if not extents[1] > STRAIGHT * extents[0]:
+        raise UsageError(
+            "SBB821", "the polyline cannot carry a block: all of it lies on one straight line", HELP
+        )
 
 
 def _origin(curves: Sequence[Curve]) -> FloatArray:

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinebba_cli.core.network import FloatArray, Role
-from splinebba_cli.errors import UsageError
 from splinebba_cli.simulation.block_geometry import BlockGeometry
 from splinebba_cli.simulation.feature_geometry import PointFeatures
 from splinebba_cli.starters.digital_camera import DigitalCamera
@@ -67,20 +66,11 @@ def plan_flight(xyz: FloatArray, camera: DigitalCamera, origin: FloatArray) -> F
     Parameters
     ----------
     xyz : (n, 3) float, metres, local frame
-        Points of all lines.
+        Points of all lines, not all of them above each other.
     origin : (3,) float, metres
         Of the local frame.
-
-    Raises
-    ------
-    UsageError
-        SBB821, if all points lie above each other.
     """
     extent = Extent.of(xyz)
-    if not extent.length > 0.0:
-        raise UsageError(
-            "SBB821", "the polyline has no extent in plan: nothing to fly over", "give lines of a map"
-        )
     width_mm, height_mm = camera.planned_format_mm()
     across = max(extent.width / (2.0 - SIDE - 2.0 * MARGIN), extent.length / LONGEST_STRIP)
     height = across * camera.principal_distance_mm / height_mm

@@ -44,7 +44,8 @@ def test_accepted_and_without_warnings(adjusted: tuple[str, Path, AdjustOutcome]
 def test_notes_explain_every_finding(adjusted: tuple[str, Path, AdjustOutcome]) -> None:
     _, folder, outcome = adjusted
     notes = (folder / "README.md").read_text(encoding="utf-8")
-    assert {problem.code for problem in outcome.problems} <= set(re.findall(r"SBB\d{3}", notes))
+    explained = set(re.findall(r"^- (SBB\d{3}): ", notes, flags=re.MULTILINE))
+    assert {problem.code for problem in outcome.problems} <= explained
 
 
 def test_notes_name_every_file(starter: tuple[str, Starter]) -> None:
@@ -94,9 +95,9 @@ def lines_file(folder: Path, **lines: list[tuple[float, float, float]]) -> Polyl
     return Polyline(path)
 
 
-def winding(x: float, y: float) -> list[tuple[float, float, float]]:
+def winding(x: float, y: float, swing: float = 150.0) -> list[tuple[float, float, float]]:
     t = np.linspace(0.0, 1.0, 40)
-    xyz = np.column_stack([x + 1000 * t, y + 150 * np.sin(9 * t), 50 + 5 * np.sin(7 * t)])
+    xyz = np.column_stack([x + 1000 * t, y + swing * np.sin(9 * t), 50 + 0.03 * swing * np.sin(7 * t)])
     return [(float(a), float(b), float(c)) for a, b, c in np.round(xyz, 2)]
 
 
@@ -115,19 +116,24 @@ def test_own_polyline(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "lines",
-    [{"a": straight(5000, 7000)}, {"a": straight(5000, 7000), "b": straight(5000, 7200)}],
-    ids=["one straight line", "two parallel ones"],
+    ("lines", "why"),
+    [
+        ({"a": straight(5000, 7000)}, "all of it lies on one straight line"),
+        ({"a": straight(5000, 7000), "b": straight(5000, 7200)}, "undetermined"),
+        ({"a": winding(5000, 7000, 2.0)}, "standard deviations of up to"),
+    ],
+    ids=["one straight line", "two parallel ones", "hardly bent"],
 )
-def test_lines_that_carry_no_block(lines: dict[str, Any], tmp_path: Path) -> None:
+def test_lines_that_carry_no_block(lines: dict[str, Any], why: str, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="cannot carry a block") as caught:
         build(OF_POLYLINES, lines_file(tmp_path, **lines))
     assert caught.value.code == "SBB821"
+    assert why in caught.value.message
     assert "straight" in caught.value.help
 
 
 def test_lines_that_are_none(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="no extent"):
+    with pytest.raises(UsageError, match="one straight line"):
         build(OF_POLYLINES, lines_file(tmp_path, mast=[(5000, 7000, 3), (5000, 7000, 30)]))
     with pytest.raises(FitError, match="line `a`"):
         build(OF_POLYLINES, lines_file(tmp_path, a=[(5000, 7000, 3), (5000, 7000, 3)]))
