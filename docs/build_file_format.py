@@ -64,8 +64,6 @@ def type_text(field: Schema) -> str:
     if "const" in field:
         return f"`{field['const']}`"
     if "enum" in field:
-        if True in field["enum"]:
-            return "`true` or `false`"
         return ", ".join(f"`{value}`" for value in field["enum"])
     if field.get("type") == "array":
         return _array_text(field)
@@ -73,6 +71,8 @@ def type_text(field: Schema) -> str:
         return "mapping"
     kinds = field.get("type", "text")
     kinds = [kinds] if isinstance(kinds, str) else kinds
+    if "boolean" in kinds and "number" not in kinds:
+        return "`true` or `false`"
     return "whole number" if "integer" in kinds else "number" if kinds == ["number", "string"] else "text"
 
 

@@ -60,7 +60,6 @@ ERROR_CODES: dict[str, str] = {
     "SBB313": "measurement outside of the image",
     "SBB314": "prior without a value",
     "SBB315": "image without any way to an approximate orientation",
-    "SBB316": "control feature without an error to adjust and without observations",
     "SBB320": "too few points for a curve",
     "SBB321": "coordinates in degrees",
     "SBB322": "heights missing",
@@ -130,13 +129,15 @@ ERROR_CODES: dict[str, str] = {
     "SBB702": "not enough is known to simulate",
     "SBB703": "another campaign",
     "SBB704": "a worker process ended",
-    # 8xx: many projects in one run
+    # 80x, 81x: many projects in one run
     "SBB801": "a worker process was killed",
     "SBB802": "the time limit of a project is over",
     "SBB810": "no project to adjust",
     "SBB811": "results of two projects in one place",
     "SBB815": "the scheduler cannot be used",
     "SBB816": "workers of the scheduler cannot adjust",
+    # 82x: projects to start from
+    "SBB821": "the polyline cannot carry a block",
     # 9xx: the program
     "SBB900": "usage",
     "SBB901": "interrupted",

@@ -11,7 +11,7 @@ from typer.core import TyperGroup
 
 from splinebba_cli import __version__
 from splinebba_cli.__main__ import main as main  # where console scripts of earlier installations look for it
-from splinebba_cli.commands import adjust, batch, check, compare, explain, fit, report, schema, simulate
+from splinebba_cli.commands import adjust, batch, check, compare, explain, fit, init, report, schema, simulate
 from splinebba_cli.commands.lost_results import flush_results, is_lost, print_lost_results
 from splinebba_cli.commands.usage_errors import belongs_to_typer, print_usage_error, wants_json
 from splinebba_cli.errors import ExitCode
@@ -107,6 +107,12 @@ def _add(name: str, command: Callable[..., None], summary: str, *examples: str) 
     app.command(name, short_help=summary, epilog=f"\b\nExamples:{lines}\n\n{EXIT_CODES}")(command)
 
 
+_add(
+    "init", init.init, "Write a project to start from.",
+    "first_block",
+    "vase --template close-range",
+    "roads --polyline roads.geojson",
+)  # fmt: skip
 _add(
     "check", check.check, "Validate a project and count, without adjusting it.",
     "project.yaml",

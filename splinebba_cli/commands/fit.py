@@ -11,6 +11,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from splinebba_cli.commands.console import Log, expected_errors, print_json, rich_console
+from splinebba_cli.commands.digitised_options import (
+    CartesianOption,
+    ColumnsOption,
+    HeightOption,
+    ThresholdOption,
+    column_names,
+)
 from splinebba_cli.commands.options import FormatOption, OutputFormat, QuietOption, VerboseOption
 from splinebba_cli.errors import FitError, OutputError, UsageError
 
@@ -56,12 +63,7 @@ def fit(
             help="YAML to write, `-` for stdout. Default: POINTS.splines.yaml beside it.",
         ),
     ] = None,
-    threshold_m: Annotated[
-        float,
-        typer.Option(
-            "--threshold-m", metavar="METRES", help="No point is farther from its spline than this, m."
-        ),
-    ] = 0.05,
+    threshold_m: ThresholdOption = 0.05,
     closed: Annotated[bool, typer.Option("--closed", help="The lines are closed.")] = False,
     parameterization: Annotated[
         ParameterizationChoice,
@@ -89,18 +91,9 @@ def fit(
     figure: Annotated[
         Path | None, typer.Option("--figure", metavar="FILE", help="Figure to draw: svg, png or pdf.")
     ] = None,
-    columns: Annotated[
-        str | None,
-        typer.Option(
-            "--columns", metavar="NAMES", help="Columns of a CSV: x,y,z[,spline], by name or in order."
-        ),
-    ] = None,
-    z: Annotated[
-        float | None, typer.Option("--z", metavar="METRES", help="Height of points without one, m.")
-    ] = None,
-    cartesian: Annotated[
-        bool, typer.Option("--cartesian", help="Coordinates are metres although they look like degrees.")
-    ] = False,
+    columns: ColumnsOption = None,
+    z: HeightOption = None,
+    cartesian: CartesianOption = False,
     format: FormatOption = OutputFormat.text,
     force: Annotated[bool, typer.Option("--force", help="Replace files that are there.")] = False,
     quiet: QuietOption = False,
@@ -116,8 +109,7 @@ def fit(
         target = output if output is not None else points.with_name(f"{points.stem}.splines.yaml")
         _check_targets([path for path in (target, figure) if path is not None and str(path) != "-"], force)
         image = None if figure is None else _figure_format(figure)
-        chosen = None if columns is None else tuple(name.strip() for name in columns.split(","))
-        lines, found = read_digitised_lines(points, ReadingOptions(chosen, z, cartesian))
+        lines, found = read_digitised_lines(points, ReadingOptions(column_names(columns), z, cartesian))
         ids = _ids(lines, id, points.stem)
         with log.working():
             fits = []

@@ -15,22 +15,34 @@ from pydantic_core import core_schema
 from splinebba_cli.project.campaign_schema import campaign_schema
 from splinebba_cli.project.model import Project
 from splinebba_cli.project.result_schema import result_schema
-from splinebba_cli.project.scalars import NUMBER_PATTERN
+from splinebba_cli.project.scalars import NUMBER_SCHEMA
 
 SCHEMA_ID = "https://splinebba.org/schemas/project.schema.json"
+
+WHOLE_NUMBER: dict[str, Any] = {
+    "type": ["integer", "string"],
+    "pattern": r"^[-+]?\d+$",
+    "patternErrorMessage": "A whole number is expected.",
+}
+# YAML 1.2 reads `yes` as a text
+TRUTH_VALUE: dict[str, Any] = {
+    "type": ["boolean", "string"],
+    "pattern": "^([Tt]rue|TRUE|[Ff]alse|FALSE|[Yy]es|YES|[Nn]o|NO|[Oo]n|ON|[Oo]ff|OFF)$",
+    "patternErrorMessage": "true or false is expected.",
+}
 
 
 class _YamlSchema(GenerateJsonSchema):
     """Scalars as YAML gives them."""
 
     def float_schema(self, schema: core_schema.FloatSchema) -> JsonSchemaValue:
-        return {**super().float_schema(schema), "type": ["number", "string"], "pattern": NUMBER_PATTERN}
+        return {**super().float_schema(schema), **NUMBER_SCHEMA}
 
     def int_schema(self, schema: core_schema.IntSchema) -> JsonSchemaValue:
-        return {**super().int_schema(schema), "type": ["integer", "string"], "pattern": r"^[-+]?\d+$"}
+        return {**super().int_schema(schema), **WHOLE_NUMBER}
 
     def bool_schema(self, schema: core_schema.BoolSchema) -> JsonSchemaValue:
-        return {"enum": [True, False, "true", "false", "yes", "no", "on", "off"]}
+        return dict(TRUTH_VALUE)
 
     def str_schema(self, schema: core_schema.StringSchema) -> JsonSchemaValue:
         return {**super().str_schema(schema), "type": ["string", "number", "boolean"]}
@@ -52,25 +64,36 @@ def project_schema() -> dict[str, Any]:
     """The JSON Schema of project.yaml."""
     schema = Project.model_json_schema(schema_generator=_YamlSchema, mode="validation")
     schema = {"$schema": "https://json-schema.org/draft/2020-12/schema", "$id": SCHEMA_ID, **schema}
-    cleaned: dict[str, Any] = _without_titles(schema)
+    cleaned: dict[str, Any] = _tidy(schema)
     return cleaned
 
 
-def _without_titles(node: Any) -> Any:
-    """Titles that only repeat the key are noise."""
+def _tidy(node: Any) -> Any:
+    """Without titles, which only repeat the key, and without alternatives inside of alternatives."""
     if isinstance(node, dict):
         return {
             key: (
-                {name: _without_titles(item) for name, item in value.items()}
+                {name: _tidy(item) for name, item in value.items()}
                 if key in ("properties", "$defs")
-                else _without_titles(value)
+                else _flat(_tidy(value))
+                if key == "anyOf"
+                else _tidy(value)
             )
             for key, value in node.items()
             if not (key == "title" and isinstance(value, str))
         }
     if isinstance(node, list):
-        return [_without_titles(item) for item in node]
+        return [_tidy(item) for item in node]
     return node
+
+
+def _flat(alternatives: list[Any]) -> list[Any]:
+    """Alternatives of alternatives in their place."""
+    return [
+        inner
+        for alternative in alternatives
+        for inner in (alternative["anyOf"] if list(alternative) == ["anyOf"] else [alternative])
+    ]
 
 
 def schema_text(which: str) -> str:

@@ -100,8 +100,8 @@ class Spline(SplineOptions):
             "last segment; conic, circle: first and last u of an arc, radians."
         ),
     )
-    breaks: list[int] = Field(
-        default_factory=list, description="Numbers of knots where the curve has a corner."
+    breaks: list[Annotated[int, Field(ge=0)]] = Field(
+        default_factory=list, description="Numbers of knots where the curve has a corner, from 0."
     )
     reference_knots: KnotRows | None = Field(
         default=None,

@@ -44,7 +44,19 @@ Parameterization = Literal["uniform", "chord_length"]
 Delimiter = Literal["auto", "comma", "semicolon", "tab", "space"]
 
 NUMBER_PATTERN = r"^[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$"
-_NUMBER_SCHEMA: dict[str, Any] = {"type": ["number", "string"], "pattern": NUMBER_PATTERN}
+POSITIVE_PATTERN = r"^\+?(?=[0.]*[1-9])(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?$"
+# patternErrorMessage: what editors say instead of showing the pattern
+NUMBER_SCHEMA: dict[str, Any] = {
+    "type": ["number", "string"],
+    "pattern": NUMBER_PATTERN,
+    "patternErrorMessage": "A number is expected, with a decimal point.",
+}
+POSITIVE_SCHEMA: dict[str, Any] = {
+    "type": ["number", "string"],
+    "exclusiveMinimum": 0,
+    "pattern": POSITIVE_PATTERN,
+    "patternErrorMessage": "A positive number is expected, with a decimal point.",
+}
 
 
 class Model(BaseModel):
@@ -176,11 +188,15 @@ class OrItsTable:
         return {"anyOf": [inner, inner["items"]["oneOf"][1]]}
 
 
-_SIGMA_SCHEMA: dict[str, Any] = {"anyOf": [_NUMBER_SCHEMA, {"enum": ["fixed", "free"]}]}
+_SIGMA_NUMBER = {
+    **POSITIVE_SCHEMA,
+    "patternErrorMessage": "A σ is a positive number, `fixed` (known, not estimated) or `free` (no prior).",
+}
+_SIGMA_SCHEMA: dict[str, Any] = {"anyOf": [_SIGMA_NUMBER, {"enum": ["fixed", "free"]}]}
 _PAIR_SCHEMA: dict[str, Any] = {
     "anyOf": [
-        _NUMBER_SCHEMA,
-        {"type": "array", "items": _NUMBER_SCHEMA, "minItems": 2, "maxItems": 2},
+        POSITIVE_SCHEMA,
+        {"type": "array", "items": POSITIVE_SCHEMA, "minItems": 2, "maxItems": 2},
     ]
 }
 

@@ -31,7 +31,11 @@ from splinebba_cli.simulation.realization import Design
 from splinebba_cli.simulation.truth import at_truth, true_state
 
 ROUNDS = 8
-_OF_RESIDUALS = ("SBB531",)  # findings that only measured values can have
+# findings that only measured values can have: global and local tests, common and systematic errors, check features
+_OF_RESIDUALS = (
+    "SBB531", "SBB545", "SBB546", "SBB547", "SBB548", "SBB549", "SBB550", "SBB551", "SBB554", "SBB555", "SBB556",
+    "SBB557",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

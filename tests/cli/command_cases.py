@@ -27,6 +27,11 @@ class Case:
 
 
 CASES = (
+    Case("init", "list", "--list", 0),
+    Case("init", "aerial", "{new}", 0),
+    Case("init", "unknown template", "{new} --template nothing", 2),
+    Case("init", "somebody's folder", "{folder}", 2),
+    Case("init", "missing polyline", "{new} --polyline {nothing}", 2),
     Case("check", "valid", "{good}", 0),
     Case("check", "invalid", "{bad}", 2),
     Case("check", "too long a name", "{long}", 2),

@@ -23,6 +23,7 @@ def run(code: str) -> str:
         ["simulate", "--help"],
         ["--version"],
         ["explain", "SBB301"],
+        ["init", "--list"],
     ],
 )
 def test_help_imports_nothing_heavy(arguments: list[str]) -> None:

@@ -107,3 +107,10 @@ def test_arc_lengths_and_tangents_are_summed_up() -> None:
     }
     assert kinds["arc lengths"].count == len(network.arc_lengths)
     assert 0.9 < kinds["tangents"].mean < 1.0  # an angle of 0.6° says little beside points of 5 µm
+
+
+def test_a_prediction_has_no_findings_of_residuals() -> None:
+    """There are no measured values: nothing fails a test, agrees or runs along a curve."""
+    found = predict(kind_design("six-image-mixed", 0.005)).problems
+    allowed = {"SBB532", "SBB533", "SBB534", "SBB553"}
+    assert {problem.code for problem in found} <= allowed

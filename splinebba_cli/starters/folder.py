@@ -1,0 +1,48 @@
+"""The folder of a starter: made as a whole, or, where it is there, file by file with the project file last."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from splinebba_cli.errors import OutputError
+from splinebba_cli.output.atomic import replace_directory, write_file_atomically
+
+PROJECT_FILE = "project.yaml"
+
+
+def require_free(folder: Path, force: bool) -> None:
+    """Nothing of anybody is in the way.
+
+    Raises
+    ------
+    OutputError
+        SBB603, if the folder is a file, or not empty while `force` is not given.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise OutputError("SBB603", f"`{folder}` is a file", "choose another folder")
+    if folder.is_dir() and any(folder.iterdir()) and not force:
+        help = "choose another folder; --force replaces the files of the same names and leaves the others"
+        raise OutputError("SBB603", f"`{folder}` is not empty", help)
+
+
+def write_starter(folder: Path, files: Mapping[str, str]) -> Path:
+    """Write the files; those of other names stay.
+
+    Returns
+    -------
+    Path of the project file
+
+    Raises
+    ------
+    OutputError
+        SBB601, if something cannot be written.
+    """
+    if folder.exists():  # its own place stays: somebody's shell may stand in it
+        for name in sorted(files, key=lambda name: (name == PROJECT_FILE, name)):
+            write_file_atomically(folder / name, files[name])
+    else:
+        with replace_directory(folder, lambda _: False) as fresh:
+            for name, text in files.items():
+                (fresh / name).write_text(text, encoding="utf-8", newline="\n")
+    return folder / PROJECT_FILE
