@@ -82,6 +82,7 @@ def uninterrupted() -> Iterator[None]:
         yield
     finally:
         for number, handler in before.items():
-            signal.signal(number, handler)
+            if handler is not None:  # set by something else than Python: not to be had back
+                signal.signal(number, handler)
         for number in waiting[:1]:
             signal.raise_signal(number)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from splinebba_cli.core.curves.registry import lasting_parameters
+from splinebba_cli.core.estimation.blas_threads import one_thread
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
 from splinebba_cli.core.estimation.datum import free_directions
 from splinebba_cli.core.estimation.parameters import layout_of
@@ -101,7 +102,8 @@ def evaluate(adjusted: Adjusted, *, full_dispersion: bool = False) -> Adjustment
     """Everything that follows from a solution; the cofactors are given up before the model as a whole is tested."""
     result, numbers = _evaluated(adjusted, full_dispersion)
     _log.info("tests of the model")
-    return with_model_evidence(result, adjusted.solved, numbers, adjusted.weights)
+    with one_thread():  # sums of the same digits with any number of them
+        return with_model_evidence(result, adjusted.solved, numbers, adjusted.weights)
 
 
 def _evaluated(adjusted: Adjusted, full_dispersion: bool) -> tuple[AdjustmentResult, RedundancyNumbers]:
