@@ -74,13 +74,13 @@ def orderly_end() -> Iterator[None]:
     """The first SIGINT or SIGTERM raises KeyboardInterrupt, the second is ignored, the third is as always.
 
     CI systems send one after the other when a job is cancelled; the second must not disturb the clean end that the
-    first one asked for.
+    first one asked for.  A signal that this process was started to ignore (``nohup``, ``&`` in a script) stays ignored.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    numbers = (signal.SIGINT, signal.SIGTERM)
-    before = {number: signal.getsignal(number) for number in numbers}
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    numbers = [number for number in before if before[number] is not signal.SIG_IGN]
     seen: list[int] = []
 
     def handle(number: int, _: object) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from pathlib import Path
 
 import pytest
@@ -75,6 +75,15 @@ def test_kept_results_are_not_made_again() -> None:
     assert begun == []
 
 
+@pytest.fixture
+def started_in_a_terminal() -> Iterator[None]:
+    """Where SIGINT is not ignored, as it is in jobs in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("started_in_a_terminal")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_the_batch_and_the_second_does_not_disturb(number: int) -> None:
     handlers = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
@@ -90,6 +99,7 @@ def test_a_signal_ends_the_batch_and_the_second_does_not_disturb(number: int) ->
     assert (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)) == handlers
 
 
+@pytest.mark.usefixtures("started_in_a_terminal")
 def test_the_third_signal_is_as_always() -> None:
     with orderly_end():
         for _ in range(2):
@@ -98,6 +108,15 @@ def test_the_third_signal_is_as_always() -> None:
             except KeyboardInterrupt:
                 continue
         assert signal.getsignal(signal.SIGTERM) == signal.getsignal(signal.SIGINT) == signal.SIG_DFL
+
+
+@pytest.mark.usefixtures("started_in_a_terminal")
+def test_signals_that_are_ignored_stay_so() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with orderly_end():
+        os.kill(os.getpid(), signal.SIGINT)
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+        assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
 
 
 def test_interrupted_while_results_are_looked_at() -> None:
