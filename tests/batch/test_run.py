@@ -78,8 +78,8 @@ def test_kept_results_are_not_made_again() -> None:
 
 @pytest.fixture
 def watched() -> Iterator[None]:
-    """Signals end a run as they do in the program."""
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    """Signals end a run as they do in the program; not ignored, as they are in jobs in the background."""
+    before = {number: signal.signal(number, signal.SIG_DFL) for number in (signal.SIGINT, signal.SIGTERM)}
     watch_for_interruption()
     yield
     for number, handler in before.items():

@@ -154,6 +154,7 @@ def test_fail_fast_and_annotations(here: Path) -> None:
 def begun_batch(folder: Path, *words: str) -> tuple[subprocess.Popen[str], int]:
     """A batch in a process of its own, and the number of its worker process, once that is at project `sleeps`."""
     code = (
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
         "from splinebba_cli.batch import worker_process; from tests.batch.faulty_worker import start_code; "
         "from splinebba_cli.commands.app import app; worker_process._START = start_code(); app()"
     )
@@ -162,6 +163,7 @@ def begun_batch(folder: Path, *words: str) -> tuple[subprocess.Popen[str], int]:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        start_new_session=True,
         env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
     )
     begun = folder / "sleeps" / "begun"
@@ -185,11 +187,21 @@ def _gone(process: int) -> bool:
     return False
 
 
+def _ignores(process: int, number: int) -> bool:
+    """Whether a process ignores a signal, as far as the system tells."""
+    status = Path(f"/proc/{process}/status")
+    if not status.exists():
+        return True
+    (mask,) = (line.split()[1] for line in status.read_text().splitlines() if line.startswith("SigIgn:"))
+    return bool(int(mask, 16) >> (number - 1) & 1)
+
+
 def test_interrupted(here: Path) -> None:
     sample(here / "done")
     sample(here / "sleeps")
     batch, worker = begun_batch(here, "done", "sleeps", "--log", "log.jsonl", "--junit", "junit.xml")
-    batch.send_signal(signal.SIGINT)
+    assert _ignores(worker, signal.SIGINT)  # Ctrl-C reaches all processes of a terminal, and is for the batch
+    os.killpg(batch.pid, signal.SIGINT)
     output, errors = batch.communicate(timeout=30)
     assert batch.returncode == 130, errors
     assert "2 projects: 1 accepted, 1 not run" in output
