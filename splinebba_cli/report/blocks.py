@@ -96,6 +96,11 @@ class Table:
     folded: bool = False  # shown closed where the medium can
     note: str = ""
 
+    @property
+    def legend(self) -> tuple[Column, ...]:
+        """The columns whose heading needs a word."""
+        return tuple(column for column in self.columns if column.help)
+
 
 @dataclass(frozen=True)
 class Note:
