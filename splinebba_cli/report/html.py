@@ -29,7 +29,9 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
 _TEMPLATES = Path(__file__).parent / "templates"
-_PAGE = 50  # rows of a table that stand in the page; of longer ones the script makes those that are looked at
+_PLAIN = 100  # rows up to which all of a table stand in the page
+_PAGE = 50  # rows of longer ones that do: the script makes those that are looked at
+_LONG = 40  # characters of a cell from which on it is broken into lines
 _KEPT = 30_000  # rows of a table that the page has as data: more would make it too large for a mail
 _STYLES = ("style.css", "tables.css", "print.css", "figures.css")
 _SCRIPTS = ("theme.js", "table_rows.js", "table_filter.js", "tables.js", "page.js", "figures.js")
@@ -60,7 +62,7 @@ def render_html(report: Report, data: ResultData) -> str:
     environment = _environment()
     environment.filters["figure"] = _figure_filter(data)
     template = environment.get_template("report.html.j2")
-    return template.render(report=report, page_rows=_PAGE, kept_rows=_KEPT)
+    return template.render(report=report, plain_rows=_PLAIN, page_rows=_PAGE, kept_rows=_KEPT)
 
 
 def _environment() -> Environment:
@@ -79,6 +81,7 @@ def _environment() -> Environment:
     environment.filters["code"] = _code
     environment.filters["cell"] = lambda cell, column: cell_text(column, cell)
     environment.filters["sort_key"] = _sort_key
+    environment.tests["long"] = lambda cell: isinstance(cell, str) and len(cell) > _LONG
     environment.filters["payload"] = lambda table: Markup(table_payload(table, _KEPT))
     environment.filters["css_string"] = _css_string
     script = f"\n{_assets(*_SCRIPTS)}\n"

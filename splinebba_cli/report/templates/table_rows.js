@@ -1,6 +1,8 @@
 // The rows of a table, wherever they are: `value` to sort and compare by, `text` as it is shown, `element` to show.
 "use strict";
 const tableRows = (function () {
+  const LONG = 40; // characters of a cell from which on it is broken into lines
+
   // Short tables: all rows stand in the page.
   class PlainRows {
     constructor(table) {
@@ -53,6 +55,7 @@ const tableRows = (function () {
         if (cell.tagName === "TH") cell.scope = "row";
         else if (!numeric) cell.className = "t";
         cell.textContent = this.text(row, column);
+        if (cell.textContent.length > LONG && !numeric) cell.classList.add("long");
         tr.append(cell);
       });
       return tr;

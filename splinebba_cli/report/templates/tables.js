@@ -18,10 +18,20 @@
     return made;
   }
 
+  // A length or an angle with its unit, as a number that can be compared; NaN of anything else.
+  const UNITS = { nm: 1e-9, µm: 1e-6, mm: 1e-3, m: 1, km: 1e3, "m″": 1e-3 / 3600, "″": 1 / 3600, "°": 1, px: 1, "%": 1 };
+  function quantity(text) {
+    const parts = text.match(/^([-−]?[\d.]+(?:e[-+]?\d+)?) ?(\S*)$/);
+    return parts && parts[2] in UNITS ? Number(parts[1].replace("−", "-")) * UNITS[parts[2]] : NaN;
+  }
+
   // Numbers by which the rows of a column are sorted; NaN: no value.
   function sortKeys(rows, column) {
     const values = Array.from({ length: rows.count }, (_, row) => rows.value(row, column));
     const words = Array.from(new Set(values.filter((value) => typeof value === "string"))).sort(collator.compare);
+    if (words.length && words.every((word) => word === "–" || word === "" || !Number.isNaN(quantity(word)))) {
+      return Float64Array.from(values, (value) => (value === null ? NaN : quantity(value)));
+    }
     if (!words.length) return Float64Array.from(values, (value) => (value === null ? NaN : value));
     const rank = new Map(words.map((word, number) => [word, number]));
     return Float64Array.from(values, (value) => (typeof value === "string" ? rank.get(value) : NaN));
@@ -48,6 +58,7 @@
 
     addSorting() {
       this.headings.forEach((th, column) => {
+        if (!this.titles[column]) return;
         const made = button("", () => this.sort(column));
         made.append(...th.childNodes);
         th.append(made);
