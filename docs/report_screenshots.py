@@ -30,6 +30,7 @@ def take_screenshots(page: Page, out: Path) -> list[Path]:
 
 
 def main() -> None:
+    """Run the command."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("results", type=Path, help="result folder, or a report.html")
     parser.add_argument("out", type=Path, nargs="?", help="folder of the pictures")

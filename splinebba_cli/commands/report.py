@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -15,14 +16,36 @@ def report(
     results: Annotated[
         Path, typer.Argument(metavar="RESULTS", help="Result folder that `adjust` wrote.", show_default=False)
     ],
-    format: Annotated[ReportChoice, typer.Option("--format", help="Kind of report.")] = ReportChoice.html,
+    format: Annotated[
+        ReportChoice,
+        typer.Option(
+            "--format", help="Kind of report; pdf is printed by an installed Chromium, Chrome or Edge."
+        ),
+    ] = ReportChoice.html,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="File to write. Default: report.html or report.txt in RESULTS."),
+        typer.Option(
+            "--output",
+            "-o",
+            help="File to write, - for standard output. Default: report.html, report.txt, … in RESULTS.",
+        ),
+    ] = None,
+    browser: Annotated[
+        str | None,
+        typer.Option(
+            "--browser",
+            metavar="PROGRAM",
+            help="Browser that prints the pdf. Default: SPLINEBBA_BROWSER, or the first that is found.",
+        ),
     ] = None,
 ) -> None:
     """Build the report of a result folder."""
     with expected_errors():
-        from splinebba_cli.report.build import write_report
+        from splinebba_cli.report.build import report_of, write_report
 
-        print(write_report(results, format.value, output))
+        if output == Path("-"):
+            content = report_of(results, format.value, browser)
+            sys.stdout.buffer.write(content.encode("utf-8") if isinstance(content, str) else content)
+            sys.stdout.flush()
+        else:
+            print(write_report(results, format.value, output, browser))

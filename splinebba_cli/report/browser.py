@@ -100,7 +100,9 @@ def print_to_pdf(html: str, chosen: str | None = None) -> bytes:
         return pdf.read_bytes()
 
 
-_PRINT_YOURSELF = "open report.html in a browser and print it into a file; or name another browser with --browser"
+_PRINT_YOURSELF = (
+    "open report.html in a browser and print it into a file; or name another browser with --browser"
+)
 
 
 def _no_browser(chosen: str | None) -> OutputError:
