@@ -59,8 +59,15 @@
     addSorting() {
       this.headings.forEach((th, column) => {
         if (!this.titles[column]) return;
-        const made = button("", () => this.sort(column));
-        made.append(...th.childNodes);
+        // no <button>: browsers repeat the head of a table on every printed page only without one
+        const made = element("span", { className: "sort", tabIndex: 0 }, ...th.childNodes);
+        made.setAttribute("role", "button");
+        made.addEventListener("click", () => this.sort(column));
+        made.addEventListener("keydown", (event) => {
+          if (event.key !== "Enter" && event.key !== " ") return;
+          event.preventDefault();
+          this.sort(column);
+        });
         th.append(made);
       });
     }
@@ -95,6 +102,10 @@
       this.input.addEventListener("input", () => {
         clearTimeout(this.waiting);
         this.waiting = setTimeout(() => this.search(), 120);
+      });
+      this.input.addEventListener("change", () => { // Enter, or the field is left
+        clearTimeout(this.waiting);
+        this.search();
       });
       this.choice.addEventListener("change", () => this.search());
       const copy = button("Copy as CSV", () => this.copy(copy), `Copy as CSV: ${name}`);
