@@ -78,7 +78,8 @@ def test_navigation_wide_and_on_the_phone(page_of: PageOf, report: Path) -> None
     links.nth(5).click()
     target = page.locator("main > section[id]").nth(5)
     assert abs(target.bounding_box()["y"]) < 100  # type: ignore[index]
-    page.wait_for_function("document.querySelectorAll('nav a')[5].getAttribute('aria-current') === 'true'")
+    expect = pytest.importorskip("playwright.sync_api").expect
+    expect(links.nth(5)).to_have_attribute("aria-current", "true")
     small = page_of(report, size=PHONE)
     assert not small.locator("nav a").first.is_visible()
     small.locator("nav summary").click()

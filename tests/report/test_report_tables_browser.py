@@ -14,6 +14,8 @@ from splinebba_cli.report.result_data import ResultData
 from tests.output.factory import make_result
 from tests.report.browser import PageOf
 
+expect = pytest.importorskip("playwright.sync_api", reason="playwright is not installed").expect
+
 if TYPE_CHECKING:
     from playwright.sync_api import Locator, Page
 
@@ -171,7 +173,7 @@ def test_keyboard_alone(page_of: PageOf, file: Path, count: int) -> None:
     assert outline == "solid"
     page.get_by_role("searchbox").focus()
     page.keyboard.type("P77")
-    page.wait_for_function("document.querySelector('output').value.includes(' of ')")
+    expect(page.locator("output")).to_contain_text(" of ")
     assert _cells(page, 0)[0] == "P77"
 
 
@@ -180,7 +182,7 @@ def test_copy_takes_all_rows_that_are_found(page_of: PageOf, file: Path) -> None
     page.context.grant_permissions(["clipboard-read", "clipboard-write"])
     _filter(page, "> 990.8", "X [m]")
     page.get_by_role("button", name="Copy as CSV: Points").click()
-    page.wait_for_function("document.querySelector('output').value.startsWith('Copied')")
+    expect(page.locator("output")).to_contain_text("Copied 19 rows")
     lines = page.evaluate("navigator.clipboard.readText()").splitlines()
     assert lines[0] == "Point,Role,X [m],σ X [mm],Rays,Size"
     assert lines[1].startswith("P0,tie,1000.000,–,0,9.35 mm")
