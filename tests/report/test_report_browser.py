@@ -14,7 +14,7 @@ from tests.report.browser import PHONE, ROOT, SAMPLES, WIDE, PageOf, Watched
 
 LONG = os.environ.get("SPLINEBBA_LONG") == "1"
 DISSERTATION = sorted(path.parent.name for path in ROOT.glob("sample_projects/dissertation/*/project.yaml"))
-UNSOLVABLE = {"table_5_7"}
+UNSOLVABLE = {"section_5_3", "table_5_7", "table_5_8", "table_5_12"}  # as the dissertation finds, or nearly
 
 
 @pytest.fixture(scope="module")
