@@ -1,0 +1,50 @@
+"""The command `report`: formats, files and standard output."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import Result
+from typer.testing import CliRunner
+
+from splinebba_cli.commands.app import app
+from tests.output.factory import make_result, write_results
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("report") / "out"
+    write_results(folder, make_result(splines=2), html=False)
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("format", "name"),
+    [("html", "report.html"), ("text", "report.txt"), ("markdown", "report.md"), ("json", "report.json")],
+)
+def test_file_and_standard_output_have_the_same_bytes(results: Path, format: str, name: str) -> None:
+    result = run("report", results, "--format", format)
+    assert result.exit_code == 0, result.output
+    assert result.stdout.strip() == str(results / name)
+    piped = run("report", results, "--format", format, "-o", "-")
+    assert piped.stdout_bytes == (results / name).read_bytes()
+    assert piped.stderr == ""
+
+
+def test_json_of_standard_output(results: Path) -> None:
+    content = json.loads(run("report", results, "--format", "json", "-o", "-").stdout)
+    assert content["format"] == "splinebba-report/1"
+
+
+def test_no_browser_is_said(results: Path) -> None:
+    result = run("report", results, "--format", "pdf", "--browser", "no-such-browser")
+    assert result.exit_code == 2
+    assert "error[SBB620]: no program `no-such-browser` was found" in result.stderr
+    assert "help: " in result.stderr
+    assert not (results / "report.pdf").exists()
