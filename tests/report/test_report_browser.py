@@ -93,6 +93,7 @@ def test_paper_is_light_open_and_without_controls(page_of: PageOf, report: Path)
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
     assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
     assert page.evaluate("getComputedStyle(document.body).color") == "rgb(0, 0, 0)"
+    assert page.locator(".kicker").evaluate("p => getComputedStyle(p).color") == "rgb(31, 95, 168)"
     assert page.locator("main details:not([open])").count() == 0
     for hidden in ("nav", ".theme", ".tools"):
         assert page.locator(f"{hidden}:visible").count() == 0

@@ -17,7 +17,7 @@ from tests.report.browser import PageOf
 expect = pytest.importorskip("playwright.sync_api", reason="playwright is not installed").expect
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Locator, Page
+    from playwright.sync_api import Browser, Locator, Page
 
 COLUMNS = (
     Column("Point", numeric=False),
@@ -187,3 +187,13 @@ def test_copy_takes_all_rows_that_are_found(page_of: PageOf, file: Path) -> None
     assert lines[0] == "Point,Role,X [m],σ X [mm],Rays,Size"
     assert lines[1].startswith("P0,tie,1000.000,–,0,9.35 mm")
     assert len(lines) == 20
+
+
+def test_without_script_the_first_rows_and_where_all_are(browser: Browser, file: Path, count: int) -> None:
+    context = browser.new_context(java_script_enabled=False)
+    page = context.new_page()
+    page.goto(file.as_uri())
+    assert page.locator("tbody tr").count() == (90 if count == 90 else 50)
+    notes = page.locator(".table .note").all_inner_texts()
+    assert notes == ([] if count == 90 else ["Rows 1–50 of 5000.", "All 5000 rows are in points.csv, too."])
+    context.close()
