@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from splinebba_cli.commands.console import expected_errors
+from splinebba_cli.commands.console import expected_errors, print_json
 from splinebba_cli.commands.options import ReportChoice
 
 
@@ -27,7 +27,8 @@ def report(
         typer.Option(
             "--output",
             "-o",
-            help="File to write, - for standard output. Default: report.html, report.txt, … in RESULTS.",
+            help="File to write, - for standard output. Default: report.html, report.txt, … in RESULTS, "
+            "standard output for json.",
         ),
     ] = None,
     browser: Annotated[
@@ -40,12 +41,17 @@ def report(
     ] = None,
 ) -> None:
     """Build the report of a result folder."""
-    with expected_errors():
+    as_json = format is ReportChoice.json
+    with expected_errors(as_json=as_json):
         from splinebba_cli.report.build import report_of, write_report
 
-        if output == Path("-"):
+        if output == Path("-") or (as_json and output is None):
             content = report_of(results, format.value, browser)
             sys.stdout.buffer.write(content.encode("utf-8") if isinstance(content, str) else content)
             sys.stdout.flush()
+            return
+        path = write_report(results, format.value, output, browser)
+        if as_json:
+            print_json({"report": str(path), "problems": []})
         else:
-            print(write_report(results, format.value, output, browser))
+            print(path)

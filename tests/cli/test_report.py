@@ -25,7 +25,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.parametrize(
     ("format", "name"),
-    [("html", "report.html"), ("text", "report.txt"), ("markdown", "report.md"), ("json", "report.json")],
+    [("html", "report.html"), ("text", "report.txt"), ("markdown", "report.md")],
 )
 def test_file_and_standard_output_have_the_same_bytes(results: Path, format: str, name: str) -> None:
     result = run("report", results, "--format", format)
@@ -36,9 +36,16 @@ def test_file_and_standard_output_have_the_same_bytes(results: Path, format: str
     assert piped.stderr == ""
 
 
-def test_json_of_standard_output(results: Path) -> None:
-    content = json.loads(run("report", results, "--format", "json", "-o", "-").stdout)
-    assert content["format"] == "splinebba-report/1"
+def test_json_goes_to_standard_output_unless_a_file_is_named(results: Path, tmp_path: Path) -> None:
+    piped = run("report", results, "--format", "json")
+    assert json.loads(piped.stdout)["format"] == "splinebba-report/1"
+    file = tmp_path / "report.json"
+    told = json.loads(run("report", results, "--format", "json", "-o", file).stdout)
+    assert told == {"report": str(file), "problems": []}
+    assert file.read_bytes() == piped.stdout_bytes
+    nothing = run("report", tmp_path, "--format", "json")
+    assert nothing.exit_code == 2
+    assert json.loads(nothing.stdout)["problems"][0]["code"] == "SBB602"
 
 
 def test_no_browser_is_said(results: Path) -> None:

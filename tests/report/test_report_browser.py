@@ -107,4 +107,15 @@ def test_figures_have_names(page_of: PageOf, report: Path) -> None:
     names = [figure.evaluate(named) for figure in page.locator("main svg").all()]
     assert len(names) > 5
     assert all(len(name or "") > 10 for name in names)
-    assert page.locator("figure").count() == len(set(names))
+    labels = [figure.get_attribute("aria-label") for figure in page.locator("figure").all()]
+    assert len(labels) == len(set(labels)) > 5 and all(labels)
+
+
+def test_only_tables_that_scroll_are_stops_of_the_keyboard(page_of: PageOf, report: Path) -> None:
+    page = page_of(report)
+    page.locator("main details").first.evaluate("part => { part.open = true; }")
+    expect = pytest.importorskip("playwright.sync_api").expect
+    small = page.locator("#residuals .table .scroll").first
+    expect(small).not_to_have_attribute("tabindex", "0")
+    page.set_viewport_size({"width": 390, "height": 800})
+    expect(small).to_have_attribute("tabindex", "0")

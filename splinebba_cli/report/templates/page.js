@@ -21,7 +21,7 @@
   }, { rootMargin: "-10% 0px -80% 0px" });
   for (const section of document.querySelectorAll("main > section[id]")) seen.observe(section);
 
-  // Only what can be scrolled is a stop of the Tab key.
+  // Of the tables only those that can be scrolled are stops of the Tab key.
   const sized = new ResizeObserver((entries) => {
     for (const { target } of entries) {
       const scrolls = target.scrollWidth > target.clientWidth + 1 || target.scrollHeight > target.clientHeight + 1;
@@ -29,7 +29,7 @@
       else target.removeAttribute("tabindex");
     }
   });
-  for (const region of document.querySelectorAll(".scroll")) sized.observe(region);
+  for (const region of document.querySelectorAll(".table .scroll")) sized.observe(region);
 
   // Paper has no closed parts.
   let closed = [];
