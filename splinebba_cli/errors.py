@@ -124,6 +124,8 @@ ERROR_CODES: dict[str, str] = {
     "SBB612": "results compared after a similarity transformation",
     "SBB613": "results without covariances",
     "SBB614": "results are not related as assumed",
+    "SBB620": "no browser to print the report",
+    "SBB621": "the browser made no PDF",
     # 7xx: simulation
     "SBB701": "the truth does not fit the project",
     "SBB702": "not enough is known to simulate",

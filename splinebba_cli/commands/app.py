@@ -132,7 +132,8 @@ _add(
 _add(
     "report", report.report, "Build the report of a result folder again.",
     "project.results",
-    "project.results --format text -o report.txt",
+    "project.results --format pdf -o report.pdf",
+    "project.results --format markdown -o -",
 )  # fmt: skip
 _add(
     "simulate", simulate.simulate, "Simulate a project, a campaign, or precision.",

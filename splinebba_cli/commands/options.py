@@ -55,7 +55,9 @@ class ReportChoice(StrEnum):
 
     html = "html"
     text = "text"
+    markdown = "markdown"
     json = "json"
+    pdf = "pdf"
 
 
 class SchemaChoice(StrEnum):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
@@ -18,8 +19,7 @@ def report(
     format: Annotated[
         ReportChoice,
         typer.Option(
-            "--format",
-            help="Kind of report; json: the kind by the name of the file, and what was written as JSON on stdout.",
+            "--format", help="Kind of report; pdf is printed by an installed Chromium, Chrome or Edge."
         ),
     ] = ReportChoice.html,
     output: Annotated[
@@ -28,7 +28,16 @@ def report(
             "--output",
             "-o",
             metavar="FILE",
-            help="File to write. Default: report.html or report.txt in RESULTS.",
+            help="File to write, - for standard output. Default: report.html, report.txt, … in RESULTS, "
+            "standard output for json.",
+        ),
+    ] = None,
+    browser: Annotated[
+        str | None,
+        typer.Option(
+            "--browser",
+            metavar="PROGRAM",
+            help="Browser that prints the pdf. Default: SPLINEBBA_BROWSER, or the first that is found.",
         ),
     ] = None,
     quiet: QuietOption = False,
@@ -37,19 +46,18 @@ def report(
     """Build the report of a result folder again."""
     log, as_json = Log(quiet, verbose), format is ReportChoice.json
     with expected_errors(as_json=as_json):
-        from splinebba_cli.report.build import write_report
+        from splinebba_cli.report.build import report_of, write_report
 
-        kind = _kind(format, output)
-        with log.working():
-            written = write_report(results, kind, output)
-        log.finished()
-        if as_json:
-            print_json({"report": str(written), "kind": kind, "problems": []})
+        if output == Path("-") or (as_json and output is None):
+            with log.working():
+                content = report_of(results, format.value, browser)
+            sys.stdout.buffer.write(content.encode("utf-8") if isinstance(content, str) else content)
+            sys.stdout.flush()
         else:
-            print(written)
-
-
-def _kind(format: ReportChoice, output: Path | None) -> Literal["html", "text"]:
-    """The kind of report: as asked for, else by the name of the file."""
-    by_name = output is not None and output.suffix.lower() in (".txt", ".text")
-    return "text" if format is ReportChoice.text or (format is ReportChoice.json and by_name) else "html"
+            with log.working():
+                path = write_report(results, format.value, output, browser)
+            if as_json:
+                print_json({"report": str(path), "problems": []})
+            else:
+                print(path)
+        log.finished()

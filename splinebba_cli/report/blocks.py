@@ -49,12 +49,17 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Fact:
-    """A labelled value; `value` is text, ready to be shown, with its unit."""
+    """A labelled value; `value` is text, ready to be shown, with its unit.
+
+    `number` and `unit` are the same for programs: all digits, in a base unit (m, °, px).
+    """
 
     label: str
     value: str
     note: str = ""
     tone: Tone = "neutral"
+    number: float | int | None = None
+    unit: str = ""
 
 
 @dataclass(frozen=True)
@@ -95,6 +100,11 @@ class Table:
     source: str = ""
     folded: bool = False  # shown closed where the medium can
     note: str = ""
+
+    @property
+    def legend(self) -> tuple[Column, ...]:
+        """The columns whose heading needs a word."""
+        return tuple(column for column in self.columns if column.help)
 
 
 @dataclass(frozen=True)

@@ -11,20 +11,31 @@ from splinebba_cli.report.blocks import Report
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.sections import build_report
 
-ReportFormat = Literal["html", "text"]
-_FILES: dict[ReportFormat, str] = {"html": "report.html", "text": "report.txt"}
+ReportFormat = Literal["html", "text", "markdown", "json", "pdf"]
+TextFormat = Literal["html", "text", "markdown", "json"]
+_FILES: dict[ReportFormat, str] = {
+    "html": "report.html",
+    "text": "report.txt",
+    "markdown": "report.md",
+    "json": "report.json",
+    "pdf": "report.pdf",
+}
 
 
-def write_report(result_dir: Path, format: ReportFormat, out: Path | None = None) -> Path:
+def write_report(
+    result_dir: Path, format: ReportFormat, out: Path | None = None, browser: str | None = None
+) -> Path:
     """Build the report of a result folder and write it.
 
     Parameters
     ----------
     result_dir : Path
         A folder that ``adjust`` wrote: result.json and the tables beside it.
-    format : {"html", "text"}
+    format : {"html", "text", "markdown", "json", "pdf"}
     out : Path, optional
-        The file to write; by default ``report.html`` or ``report.txt`` in `result_dir`.
+        The file to write; by default ``report.html``, ``report.txt``, … in `result_dir`.
+    browser : str, optional
+        The program that prints a PDF, see :func:`splinebba_cli.report.browser.browser_path`.
 
     Returns
     -------
@@ -34,26 +45,47 @@ def write_report(result_dir: Path, format: ReportFormat, out: Path | None = None
     Raises
     ------
     OutputError
-        SBB602 if it is no result folder, SBB601 if the file cannot be written.
+        SBB602 if it is no result folder, SBB601 if the file cannot be written, SBB620 and SBB621 if a PDF
+        cannot be made.
     """
     path = out if out is not None else result_dir / _FILES[format]
-    data = ResultData.load(result_dir)
-    write_file_atomically(path, _rendered(build_report(data), data, format))
+    write_file_atomically(path, report_of(result_dir, format, browser))
     return path
 
 
-def write_reports(folder: Path, data: ResultData, formats: Sequence[ReportFormat]) -> None:
+def report_of(result_dir: Path, format: ReportFormat, browser: str | None = None) -> str | bytes:
+    """The report of a result folder: text, or the bytes of a PDF; arguments and errors of :func:`write_report`."""
+    data = ResultData.load(result_dir)
+    report = build_report(data)
+    if format != "pdf":
+        return rendered(report, data, format)
+    from splinebba_cli.report.browser import print_to_pdf
+    from splinebba_cli.report.pdf import dated_pdf
+
+    return dated_pdf(print_to_pdf(rendered(report, data, "html"), browser), data)
+
+
+def write_reports(folder: Path, data: ResultData, formats: Sequence[TextFormat]) -> None:
     """Reports of a result folder in several formats, of data that are at hand."""
     report = build_report(data)
     for name in formats:
-        write_file_atomically(folder / _FILES[name], _rendered(report, data, name))
+        write_file_atomically(folder / _FILES[name], rendered(report, data, name))
 
 
-def _rendered(report: Report, data: ResultData, format: ReportFormat) -> str:
+def rendered(report: Report, data: ResultData, format: TextFormat) -> str:
+    """A report as text of a format; the same report and data give the same text."""
     if format == "html":
         from splinebba_cli.report.html import render_html
 
         return render_html(report, data)
+    if format == "markdown":
+        from splinebba_cli.report.markdown import render_markdown
+
+        return render_markdown(report)
+    if format == "json":
+        from splinebba_cli.report.json_report import render_json
+
+        return render_json(report)
     from splinebba_cli.report.text import render_text
 
     return render_text(report)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import re
 from collections.abc import Callable
 from functools import partial
@@ -20,13 +22,19 @@ from splinebba_cli.report.blocks import (
     cell_text,
 )
 from splinebba_cli.report.result_data import ResultData
+from splinebba_cli.report.table_payload import table_payload
 
 if TYPE_CHECKING:
     from jinja2 import Environment
     from markupsafe import Markup
 
 _TEMPLATES = Path(__file__).parent / "templates"
-_ROWS = 2000
+_PLAIN = 100  # rows up to which all of a table stand in the page
+_PAGE = 50  # rows of longer ones that do: the script makes those that are looked at
+_LONG = 40  # characters of a cell from which on it is broken into lines
+_KEPT = 60_000  # rows of a table that the page has as data: more would make it too large for a mail
+_STYLES = ("style.css", "tables.css", "print.css", "figures.css")
+_SCRIPTS = ("theme.js", "table_rows.js", "table_filter.js", "tables.js", "page.js", "figures.js")
 _KINDS: dict[type, str] = {
     Facts: "facts",
     FigureBlock: "figure",
@@ -54,7 +62,7 @@ def render_html(report: Report, data: ResultData) -> str:
     environment = _environment()
     environment.filters["figure"] = _figure_filter(data)
     template = environment.get_template("report.html.j2")
-    return template.render(report=report, row_limit=_ROWS)
+    return template.render(report=report, plain_rows=_PLAIN, page_rows=_PAGE, kept_rows=_KEPT)
 
 
 def _environment() -> Environment:
@@ -73,13 +81,31 @@ def _environment() -> Environment:
     environment.filters["code"] = _code
     environment.filters["cell"] = lambda cell, column: cell_text(column, cell)
     environment.filters["sort_key"] = _sort_key
-    environment.globals["style"] = Markup(_assets("style.css", "figures.css"))
-    environment.globals["script"] = Markup(_assets("report.js", "figures.js"))
+    environment.tests["long"] = lambda cell: isinstance(cell, str) and len(cell) > _LONG
+    environment.filters["payload"] = lambda table: Markup(table_payload(table, _KEPT))
+    environment.filters["css_string"] = _css_string
+    script = f"\n{_assets(*_SCRIPTS)}\n"
+    environment.globals["style"] = Markup(_assets(*_STYLES))
+    environment.globals["script"] = Markup(script)
+    environment.globals["script_hash"] = _script_hash(script)
     return environment
 
 
 def _assets(*names: str) -> str:
     return "\n".join((_TEMPLATES / name).read_text(encoding="utf-8") for name in names)
+
+
+def _script_hash(script: str) -> str:
+    """Names the script of the page, so that its policy lets no other one run."""
+    return base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
+
+
+def _css_string(text: str) -> Markup:
+    """A text as a string of a style sheet: every character but the plainest by its number."""
+    from markupsafe import Markup
+
+    plain = "".join(c if c.isascii() and c.isalnum() else f"\\{ord(c):06x}" for c in text)
+    return Markup('"{}"').format(Markup(plain))
 
 
 def _kind(block: Block) -> str:
@@ -110,5 +136,5 @@ def _code(text: str) -> Markup:
 
 
 def _sort_key(cell: Cell) -> str:
-    """The value by which the page sorts a numeric cell."""
-    return "" if cell is None else cell if isinstance(cell, str) else f"{cell:.9g}"
+    """The value by which the page sorts and compares a numeric cell."""
+    return "" if cell is None or isinstance(cell, str) else f"{cell:.9g}"

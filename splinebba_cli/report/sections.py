@@ -152,34 +152,38 @@ def key_facts(data: ResultData) -> Facts:
     sigma0 = statistics["sigma0"]
     position = [image["sigma"][axis] for image in images for axis in "xyz"]
     items = [
-        Fact("σ̂₀", "–" if sigma0 is None else f"{sigma0:.4f}", f"a priori {statistics['sigma0_prior']:g}"),
+        Fact(
+            "σ̂₀",
+            "–" if sigma0 is None else f"{sigma0:.4f}",
+            f"a priori {statistics['sigma0_prior']:g}",
+            number=sigma0,
+        ),
         Fact("Redundancy", f"{statistics['redundancy']}", f"{statistics['observations']} observations"),
     ]
     for group in data["residuals"]["kinds"]:
         if group["n"]:
             name = "RMS, points" if group["kind"] == "points" else "RMS across, splines"
-            unit = (
-                f"{group['rms_px']:.3f} px"
-                if group["rms_px"] is not None
-                else f"{1e3 * group['rms_mm']:.2f} µm"
-            )
-            items.append(Fact(name, unit, _plural(group["n"], "image point")))
+            note = _plural(group["n"], "image point")
+            if group["rms_px"] is not None:
+                fact = Fact(name, f"{group['rms_px']:.3f} px", note, number=group["rms_px"], unit="px")
+            else:
+                micrometres = 1e3 * group["rms_mm"]
+                fact = Fact(name, f"{micrometres:.2f} µm", note, number=micrometres, unit="µm")
+            items.append(fact)
     if images:
         largest = max((s for s in position if s is not None), default=None)
-        items.append(
-            Fact(
-                "Largest σ of a station", length_scale([largest]).text(largest), _plural(len(images), "image")
-            )
-        )
+        items.append(_length_fact("Largest σ of a station", largest, _plural(len(images), "image")))
     across = [
         spline["sigma_across"]["mean"] for spline in splines if spline["sigma_across"]["mean"] is not None
     ]
     if across:
         mean = sum(across) / len(across)
-        items.append(
-            Fact("Mean σ across splines", length_scale([mean]).text(mean), _plural(len(splines), "spline"))
-        )
+        items.append(_length_fact("Mean σ across splines", mean, _plural(len(splines), "spline")))
     return Facts(tuple(items), headline=True)
+
+
+def _length_fact(label: str, metres: float | None, note: str) -> Fact:
+    return Fact(label, length_scale([metres]).text(metres), note, number=metres, unit="m")
 
 
 def problems_section(data: ResultData) -> Section:
@@ -212,10 +216,11 @@ def statistics_section(data: ResultData) -> Section:
             "Sum of redundancy numbers",
             _number(s["sum_redundancy_numbers"], ".4f"),
             "must equal the redundancy",
+            number=s["sum_redundancy_numbers"],
         ),
-        Fact("v′Pv", _number(s["vtpv"], ".4f")),
+        Fact("v′Pv", _number(s["vtpv"], ".4f"), number=s["vtpv"]),
         Fact("σ₀ a priori", f"{s['sigma0_prior']:g}"),
-        Fact("σ̂₀ a posteriori", _number(s["sigma0"], ".5f")),
+        Fact("σ̂₀ a posteriori", _number(s["sigma0"], ".5f"), number=s["sigma0"]),
     ]
     if test is not None:
         text = f"{test['statistic']:.2f} in [{test['lower']:.2f}, {test['upper']:.2f}]"

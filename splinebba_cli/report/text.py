@@ -19,6 +19,7 @@ from splinebba_cli.report.blocks import (
     cell_text,
 )
 from splinebba_cli.report.console import console_summary
+from splinebba_cli.report.printable import one_line
 
 __all__ = ["console_summary", "render_text"]
 
@@ -29,7 +30,8 @@ _FOLDED_ROWS = 60
 
 def render_text(report: Report) -> str:
     """The whole report as text; the same report gives the same text."""
-    lines = [report.title, "=" * _width(report.title), report.subtitle, ""]
+    title = one_line(report.title)
+    lines = [title, "=" * _width(title), one_line(report.subtitle), ""]
     lines += [report.verdict.headline.upper()]
     lines += _wrapped(report.verdict.detail)
     lines += ["", *_facts(report.key_facts)]
@@ -69,7 +71,8 @@ def _facts(facts: Facts) -> list[str]:
     lines = []
     for fact in facts.items:
         note = f"  ({fact.note})" if fact.note else ""
-        lines.append(f"{_pad(fact.label, label)}  {_pad(fact.value, value) if note else fact.value}{note}")
+        text = f"{_pad(fact.label, label)}  {_pad(fact.value, value) if note else fact.value}{note}"
+        lines.append(one_line(text))
     return lines
 
 
@@ -78,11 +81,11 @@ def _problems(problems: ProblemList) -> list[str]:
         return ["None found."]
     lines: list[str] = []
     for item in problems.items:
-        head = f"{item.severity} {item.code}: {item.sentence}"
+        head = one_line(f"{item.severity} {item.code}: {item.sentence}")
         lines += textwrap.wrap(head, _WIDTH, subsequent_indent="    ", break_long_words=False)
         if item.help:
             lines += textwrap.wrap(
-                f"help: {item.help}",
+                one_line(f"help: {item.help}"),
                 _WIDTH,
                 initial_indent="    ",
                 subsequent_indent="    ",
@@ -96,12 +99,16 @@ def _table(table: Table) -> list[str]:
     shown = table.rows[:limit]
     mark = bool(table.marked)
     cells = [[cell_text(c, x) for c, x in zip(table.columns, row, strict=True)] for row in shown]
-    cells = [[_one_line(text) for text in row] for row in cells]
+    cells = [[one_line(text) for text in row] for row in cells]
     widths = [
         max([_width(column.heading), *(_width(row[i]) for row in cells)])
         for i, column in enumerate(table.columns)
     ]
-    lines = [table.caption + ":", "", _row([c.heading for c in table.columns], table.columns, widths)]
+    lines = [
+        f"{one_line(table.caption)}:",
+        "",
+        _row([c.heading for c in table.columns], table.columns, widths),
+    ]
     lines.append("  ".join("-" * width for width in widths))
     for number, row in enumerate(cells):
         lines.append(_row(row, table.columns, widths) + (" *" if number in table.marked else ""))
@@ -109,6 +116,8 @@ def _table(table: Table) -> list[str]:
         lines.append(f"… and {len(table.rows) - limit} more in {table.source}")
     if mark:
         lines.append("* deserves a look")
+    for column in table.legend:
+        lines += _wrapped(f"{column.title}: {column.help}")
     return lines + (_wrapped(table.note) if table.note else [])
 
 
@@ -120,14 +129,7 @@ def _row(texts: list[str], columns: tuple[Column, ...], widths: list[int]) -> st
 
 
 def _wrapped(text: str) -> list[str]:
-    return textwrap.wrap(text, _WIDTH, break_long_words=False)
-
-
-def _one_line(text: str) -> str:
-    """An id of the user with control characters made visible."""
-    if text.isprintable():
-        return text
-    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+    return textwrap.wrap(one_line(text), _WIDTH, break_long_words=False)
 
 
 def _width(text: str) -> int:
