@@ -2,34 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from splinebba_cli.core.network import FloatArray
+from splinebba_cli.core.network import BoolArray, FloatArray
+from splinebba_cli.output.dispersion_file import read_dispersion
 from splinebba_cli.output.read_table import ReadTable, as_read, read_table
 from splinebba_cli.output.result_folder import Written
 from splinebba_cli.output.result_json import load_result_json
 
 Tables = Callable[[str, tuple[str, ...] | None], ReadTable]
+Dispersion = Callable[[], Mapping[str, NDArray[Any]]]
 
 _RESIDUAL_COLUMNS = (
     "kind",
     "image",
     "feature",
+    "measured_x_mm",
+    "measured_y_mm",
     "residual_x_mm",
     "residual_y_mm",
     "residual_across_mm",
+    "redundancy_x",
+    "redundancy_y",
+    "redundancy_across",
     "standardized_x",
     "standardized_y",
     "standardized_across",
+    "minimal_detectable_bias_x_mm",
+    "minimal_detectable_bias_y_mm",
+    "minimal_detectable_bias_across_mm",
+    "normal_x",
+    "normal_y",
     "status",
 )
-_OUT = ("rejected", "excluded by user")
+_ELLIPSE_COLUMNS = (
+    "kind",
+    "id",
+    *(f"ellipsoid_{k}_{part}" for k in (1, 2, 3) for part in ("m", "x", "y", "z")),
+)
+OUT = ("rejected", "excluded by user")
 
 
 @dataclass(frozen=True)
@@ -51,16 +69,25 @@ class ResultData:
         Content of result.json.
     tables : callable, optional
         Gives the table of a name, some of its columns or (None) all.
+    dispersion : callable, optional
+        Gives the arrays of dispersion.npz, none where it was not written.
     """
 
-    def __init__(self, content: dict[str, Any], tables: Tables | None = None) -> None:
+    def __init__(
+        self, content: dict[str, Any], tables: Tables | None = None, dispersion: Dispersion | None = None
+    ) -> None:
         self.content = content
         self._tables = tables
+        self._dispersion = dispersion
 
     @classmethod
     def load(cls, folder: Path) -> ResultData:
         """Read a result folder; OutputError SBB602 if it is none."""
-        return cls(load_result_json(folder), lambda name, columns: read_table(folder, name, columns))
+        return cls(
+            load_result_json(folder),
+            lambda name, columns: read_table(folder, name, columns),
+            lambda: read_dispersion(folder / "dispersion.npz"),
+        )
 
     @classmethod
     def of(cls, written: Written) -> ResultData:
@@ -70,16 +97,61 @@ class ResultData:
         def table_of(name: str, columns: tuple[str, ...] | None) -> ReadTable:
             return as_read(tables[name], columns) if name in tables else ReadTable({})
 
-        return cls(written.content, table_of)
+        return cls(written.content, table_of, lambda: written.dispersion)
 
     def __getitem__(self, key: str) -> Any:
         return self.content[key]
 
     @cached_property
+    def image_points(self) -> ReadTable:
+        """All image points with residuals, also those that are out: the columns that the report needs."""
+        return self._read("residuals", _RESIDUAL_COLUMNS)
+
+    @cached_property
     def residuals(self) -> ReadTable:
-        """Residuals of the image points that take part: the columns that the report needs."""
-        table = self._read("residuals", _RESIDUAL_COLUMNS)
-        return table.where("status", lambda status: status not in _OUT)
+        """Image points that take part."""
+        return self.image_points.where("status", lambda status: status not in OUT)
+
+    @cached_property
+    def taking_part(self) -> BoolArray:
+        """Which image points take part, (n,)."""
+        table = self.image_points
+        if "status" not in table:
+            return np.ones(table.rows, dtype=bool)
+        return np.array([status not in OUT for status in table["status"]], dtype=bool)
+
+    @cached_property
+    def locations(self) -> ReadTable:
+        """Where along its spline, and in the object, every image point on a spline lies."""
+        return self._read("spline_locations", ("image", "spline", "u", "x_m", "y_m", "z_m"))
+
+    @cached_property
+    def locations_by_spline(self) -> dict[str, dict[str, FloatArray]]:
+        """Locations u of the measured points of every spline, image by image in the order of the images."""
+        table = self.locations
+        if not table.rows:
+            return {}
+        u = table.numbers("u")
+        found: dict[str, dict[str, list[float]]] = {}
+        for spline, image, value in zip(table["spline"], table["image"], u.tolist(), strict=True):
+            found.setdefault(spline, {}).setdefault(image, []).append(value)
+        order = {image["id"]: number for number, image in enumerate(self["images"])}
+        return {
+            spline: {
+                image: np.array(rays[image]) for image in sorted(rays, key=lambda image: order.get(image, -1))
+            }
+            for spline, rays in found.items()
+        }
+
+    @cached_property
+    def dispersion(self) -> Mapping[str, NDArray[Any]]:
+        """Arrays of dispersion.npz; empty where there is none."""
+        return {} if self._dispersion is None else self._dispersion()
+
+    @cached_property
+    def spline_residuals(self) -> dict[str, dict[str, Any]]:
+        """Summary of the residuals of every spline, by its id."""
+        return {summary["id"]: summary for summary in self["residuals"]["splines"]}
 
     @cached_property
     def priors(self) -> ReadTable:
@@ -103,8 +175,8 @@ class ResultData:
 
     @cached_property
     def ellipses(self) -> ReadTable:
-        """Error ellipses of images and points."""
-        return self._read("error_ellipses", ("kind", "id", "semi_major_m", "semi_minor_m", "azimuth_deg"))
+        """Error ellipsoids of images and points."""
+        return self._read("error_ellipses", _ELLIPSE_COLUMNS)
 
     def _read(self, name: str, columns: tuple[str, ...] | None = None) -> ReadTable:
         return ReadTable({}) if self._tables is None else self._tables(name, columns)

@@ -1,0 +1,67 @@
+"""Frame of a view of the block: axes, scale bar, direction of the upper axis, legend, labels."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from splinebba_cli.core.network import FloatArray
+from splinebba_cli.report.canvas import INK, MUTED
+from splinebba_cli.report.scale import round_length
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_LABEL = 24  # characters of an id that are shown
+
+
+def label(axes: Axes, text: str, x: float | None, y: float | None, colour: str) -> None:
+    """An id beside its place."""
+    if x is None or y is None:
+        return
+    shown = text if len(text) <= _LABEL else f"{text[: _LABEL - 1]}…"
+    axes.annotate(
+        f"\u00a0\u00a0{shown}",
+        (x, y),
+        fontsize=7,
+        color=colour,
+        clip_on=True,
+        va="bottom",
+    )
+
+
+def finish(axes: Axes, plane: str, extent: FloatArray, upwards: str) -> None:
+    """Limits, names of the axes, scale bar, arrow with the name of what is up."""
+    span = extent[1] - extent[0]
+    margin = 0.05 * float(span.max())
+    axes.update_datalim(np.array([extent[0] - [margin, 2.6 * margin], extent[1] + margin]))
+    axes.autoscale_view()
+    axes.set_xlabel(f"{plane[0]} [m]")
+    axes.set_ylabel(f"{plane[1]} [m]")
+    axes.locator_params(nbins=6)
+    if span.max() > 20:
+        axes.xaxis.set_major_formatter("{x:.0f}")
+        axes.yaxis.set_major_formatter("{x:.0f}")
+    _scale_bar(axes, extent, margin)
+    _arrow(axes, upwards)
+
+
+def _scale_bar(axes: Axes, extent: FloatArray, margin: float) -> None:
+    length = round_length(0.2 * float((extent[1] - extent[0]).max()))
+    x, y = extent[0, 0] - 0.4 * margin, extent[0, 1] - 1.8 * margin
+    axes.plot([x, x + length], [y, y], color=INK, linewidth=2.2, solid_capstyle="butt")
+    text = f"{length:g} m" if length >= 1.0 else f"{1e3 * length:g} mm"
+    axes.annotate(text, (x + 0.5 * length, y), xytext=(0, 4), textcoords="offset points", ha="center")
+
+
+def _arrow(axes: Axes, name: str) -> None:
+    axes.annotate(
+        name,
+        xy=(0.985, 0.99),
+        xytext=(0.985, 0.87),
+        xycoords="axes fraction",
+        ha="center",
+        va="top",
+        arrowprops={"arrowstyle": "-|>", "color": MUTED, "lw": 1.2},
+    )

@@ -1,0 +1,85 @@
+"""Markup of drawings: numbers, escaped texts, and what an element says when it is pointed at."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from html import escape
+
+_DRAWN = re.compile(r"<(use|path)\b([^>]*?)/>")
+_DEFINITIONS = re.compile(r"<defs>.*?</defs>", re.DOTALL)
+
+
+def plain(text: str) -> str:
+    """A text of the user with control characters made visible, escaped for elements and attributes."""
+    shown = "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
+    return escape(shown, quote=True)
+
+
+def one_line(text: str) -> str:
+    """The same without line breaks: an id."""
+    return plain(text.replace("\n", "\\n"))
+
+
+def number(value: float, decimals: int = 2) -> str:
+    """A coordinate as short as it may be: ``12.5``, ``-0.25``, ``3``."""
+    text = f"{value:.{decimals}f}"
+    text = text.rstrip("0").rstrip(".") if "." in text else text
+    return "0" if text in ("-0", "") else text
+
+
+def titled(tag: str, attributes: str, tip: str) -> str:
+    """An element that says `tip` (plain text, lines end with a line feed)."""
+    return f"<{tag} {attributes.strip()}><title>{plain(tip)}</title></{tag}>"
+
+
+class Tips:
+    """What the elements of a drawing say when they are pointed at.
+
+    Artists of matplotlib get a group id; the texts are put into the SVG as ``<title>`` of the elements of the group.
+    """
+
+    def __init__(self) -> None:
+        self._texts: dict[str, Sequence[str]] = {}
+
+    def on(self, artist: object, texts: Sequence[str]) -> None:
+        """One text for every marker, line or area of `artist`; a single text belongs to all of it."""
+        key = f"tips-{len(self._texts)}-"
+        artist.set_gid(key)  # type: ignore[attr-defined]
+        self._texts[key] = texts
+
+    def into(self, svg: str) -> str:
+        """The SVG with its titles; groups whose elements were left out of the drawing keep none."""
+        for key, texts in self._texts.items():
+            start = svg.find(f'<g id="{key}"')
+            if start >= 0:
+                end = _end_of_group(svg, start)
+                svg = svg[:start] + _with_titles(svg[start:end], texts) + svg[end:]
+        return svg
+
+
+def _end_of_group(svg: str, start: int) -> int:
+    depth = 0
+    for match in re.finditer(r"<g\b[^>]*?(/?)>|</g>", svg[start:]):
+        if match.group(0) == "</g>":
+            depth -= 1
+        elif not match.group(1):
+            depth += 1
+        if depth == 0:
+            return start + match.end()
+    return len(svg)
+
+
+def _with_titles(group: str, texts: Sequence[str]) -> str:
+    if len(texts) == 1:
+        head, rest = group.split(">", 1)
+        return f"{head}><title>{plain(texts[0])}</title>{rest}"
+    hidden = [match.span() for match in _DEFINITIONS.finditer(group)]
+    drawn = [m for m in _DRAWN.finditer(group) if not any(a <= m.start() < b for a, b in hidden)]
+    if len(drawn) != len(texts):
+        return group
+    parts, place = [], 0
+    for match, text in zip(drawn, texts, strict=True):
+        parts += [group[place : match.start()], titled(match.group(1), match.group(2), text)]
+        place = match.end()
+    return "".join(parts) + group[place:]
