@@ -31,7 +31,7 @@ def check_points_figure(data: ResultData) -> str:
     xy = coordinates([[places[point["id"]][axis] for axis in "xyz"] for point in found])[:, :2]
     difference, sigma = (coordinates([[point[key][a] for a in "xyz"] for point in found]) for key in _KEYS)
     scale, tips = length_scale(difference.ravel().tolist()), Tips()
-    says = [_tip(point["id"], *each, scale) for point, *each in zip(found, difference, sigma, strict=True)]
+    says = [_tip(p["id"], d, s, scale) for p, d, s in zip(found, difference, sigma, strict=True)]
     failed = np.array([not point.get("passed", True) for point in found])
 
     def draw(figure: Figure) -> None:
@@ -167,4 +167,5 @@ def limits_95(distance: FloatArray, normalized: FloatArray) -> FloatArray:
     """
     factor = np.full(len(distance), np.nan)
     np.divide(np.sqrt(0.5 * _CHI2), normalized, out=factor, where=normalized > 0.0)
-    return distance * factor
+    limits: FloatArray = distance * factor
+    return limits

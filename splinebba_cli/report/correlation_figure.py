@@ -37,11 +37,7 @@ def _small(found: OrientationCorrelations) -> str:
     parts = []
     for k, image in enumerate(images):
         x, y = (k % across) * step_x + 22, (k // across) * step_y + _GAP
-        labels = "".join(
-            f'<text class="soft" x="{number(x + (i + 0.5) * _CELL)}" y="{number(y - 4)}" text-anchor="middle">{name}</text>'
-            f'<text class="soft" x="{number(x - 4)}" y="{number(y + (i + 0.7) * _CELL)}" text-anchor="end">{name}</text>'
-            for i, name in enumerate(PARAMETERS)
-        )
+        labels = _names_across(x, y, _CELL) + _names_down(x, y, _CELL)
         name = found.images[image]
         shown = name if len(name) <= 20 else f"{name[:19]}…"
         parts.append(
@@ -69,13 +65,26 @@ def _whole(images: tuple[str, ...], matrix: FloatArray) -> str:
             f'{number(top + begin)}h{number(size)}"/>'
         )
         if cell >= 11.0:
-            parts += [
-                f'<text class="soft" x="{number(left + begin + (i + 0.5) * cell)}" y="{number(top - 4)}" '
-                f'text-anchor="middle">{name}</text><text class="soft" x="{number(left - 3)}" '
-                f'y="{number(top + begin + (i + 0.75) * cell)}" text-anchor="end">{name}</text>'
-                for i, name in enumerate(PARAMETERS)
-            ]
+            parts.append(_names_across(left + begin, top, cell) + _names_down(left, top + begin, cell))
     return _drawing("".join(parts), top + size + 34.0)
+
+
+def _names_across(x: float, y: float, cell: float) -> str:
+    """The six unknowns above a map whose corner is at x, y."""
+    return "".join(
+        f'<text class="soft" x="{number(x + (i + 0.5) * cell)}" y="{number(y - 4)}" text-anchor="middle">'
+        f"{name}</text>"
+        for i, name in enumerate(PARAMETERS)
+    )
+
+
+def _names_down(x: float, y: float, cell: float) -> str:
+    """The six unknowns to the left of a map."""
+    return "".join(
+        f'<text class="soft" x="{number(x - 4)}" y="{number(y + (i + 0.72) * cell)}" text-anchor="end">'
+        f"{name}</text>"
+        for i, name in enumerate(PARAMETERS)
+    )
 
 
 def _cells(r: FloatArray, corner: tuple[float, float], cell: float, names: list[str]) -> str:
@@ -100,8 +109,8 @@ def _drawing(parts: str, bottom: float) -> str:
     """The maps with the bar of colours under them."""
     width, left = 34.0, _WIDTH - 34.0 * len(_BAR) - 6.0
     bar = "".join(
-        f'<rect class="{"positive" if r >= 0 else "negative"}" fill-opacity="{abs(r):g}" x="{number(left + k * width)}" '
-        f'y="{number(bottom)}" width="{number(width)}" height="10"/>'
+        f'<rect class="{"positive" if r >= 0 else "negative"}" fill-opacity="{abs(r):g}" '
+        f'x="{number(left + k * width)}" y="{number(bottom)}" width="{number(width)}" height="10"/>'
         f'<text class="soft" x="{number(left + (k + 0.5) * width)}" y="{number(bottom + 23)}" text-anchor="middle">'
         f"{_signed(r)}</text>"
         for k, r in enumerate(_BAR)

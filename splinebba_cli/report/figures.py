@@ -7,10 +7,11 @@ from collections.abc import Callable
 from splinebba_cli.report.blocks import FigureBlock
 from splinebba_cli.report.check_figures import check_points_figure, check_spline_figure
 from splinebba_cli.report.correlation_figure import correlation_figure
+from splinebba_cli.report.format_map import format_map
 from splinebba_cli.report.grid_figure import residual_grid
 from splinebba_cli.report.plan_figure import block_elevation, block_plan
 from splinebba_cli.report.rays_figure import rays_figure
-from splinebba_cli.report.reliability_maps import format_map, redundancy_map
+from splinebba_cli.report.redundancy_map import redundancy_map
 from splinebba_cli.report.residual_figures import convergence, histogram, image_residuals
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.spline_figure import spline_figure

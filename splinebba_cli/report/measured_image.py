@@ -12,7 +12,7 @@ import numpy as np
 
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.output.read_table import ReadTable
-from splinebba_cli.report.result_data import ResultData
+from splinebba_cli.report.result_data import ResultData, rows_of
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,12 @@ class MeasuredPoints:
         w = np.stack([np.abs(table.numbers(f"standardized_{name}")) for name in ("x", "y", "across")])
         largest = np.where(np.isnan(w).all(axis=0), np.nan, np.nan_to_num(w).max(axis=0))
         return cls(
-            on_spline, _pair(table, "measured_{}_mm"), vector, largest, ~data.taking_part, _rows(table)
+            on_spline,
+            _pair(table, "measured_{}_mm"),
+            vector,
+            largest,
+            ~data.taking_part,
+            rows_of(table["image"]),
         )
 
     def rms_mm(self, image: str) -> float:
@@ -56,10 +61,3 @@ class MeasuredPoints:
 
 def _pair(table: ReadTable, name: str) -> FloatArray:
     return np.stack([table.numbers(name.format(axis)) for axis in "xy"], axis=1)
-
-
-def _rows(table: ReadTable) -> dict[str, IntArray]:
-    names, number = np.unique(np.array(list(table["image"]), dtype=object), return_inverse=True)
-    order = np.argsort(number, kind="stable")
-    ends = np.searchsorted(number[order], np.arange(len(names) + 1))
-    return {str(name): order[ends[i] : ends[i + 1]] for i, name in enumerate(names)}

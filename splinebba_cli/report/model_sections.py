@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from splinebba_cli.report.blocks import Block, Cell, Column, Note, Section, Table
-from splinebba_cli.report.figure_blocks import residual_grid_blocks, variance_blocks
+from splinebba_cli.report.residual_figure_blocks import residual_grid_blocks, variance_blocks
 from splinebba_cli.report.result_data import ResultData
 
 _SHOWN = 30  # groups, the most suspicious first

@@ -12,6 +12,7 @@ from splinebba_cli.core.camera.rotation import rotation_object_from_photo
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.report.result_data import ResultData
 
+_CONVERGENT = np.cos(np.radians(20.0))
 _DOWN = 0.5  # cosine of the angle to the vertical below which an image looks down
 
 
@@ -98,6 +99,16 @@ def looks_down(data: ResultData) -> bool:
     """Whether most images look down: a plan then shows the block as people know it."""
     directions = viewing_directions(data)
     return not len(directions) or float(np.mean(directions[:, 2] < -_DOWN)) >= 0.5
+
+
+def needs_side_view(data: ResultData) -> bool:
+    """Whether a plan alone hides the block: images look aside, or a quarter of them converge by more than 20°."""
+    directions = viewing_directions(data)
+    if not looks_down(data) or not len(directions):
+        return len(directions) > 0
+    mean = directions.mean(axis=0)
+    cosine = directions @ (mean / max(float(np.linalg.norm(mean)), 1e-9))
+    return float(np.mean(cosine < _CONVERGENT)) >= 0.25
 
 
 def plan_view(data: ResultData) -> ObjectView:

@@ -38,7 +38,8 @@ class OrientationCorrelations:
     def largest(self) -> FloatArray:
         """Largest |r| of two different unknowns inside every image, (m,); 0 where there are no two."""
         above = np.triu(np.ones((6, 6), dtype=bool), 1)
-        return np.nan_to_num(np.abs(self.inside[:, above])).max(axis=1)
+        size: FloatArray = np.nan_to_num(np.abs(self.inside[:, above])).max(axis=1)
+        return size
 
     def strongest_pair(self, image: int) -> tuple[str, str, float] | None:
         """The two unknowns of an image that are correlated most, and their r."""
@@ -50,7 +51,9 @@ class OrientationCorrelations:
 def _correlation(covariance: FloatArray) -> FloatArray:
     sigma = np.sqrt(np.maximum(np.diagonal(covariance, axis1=-2, axis2=-1), 0.0))
     product = sigma[..., :, None] * sigma[..., None, :]
-    return np.divide(covariance, product, out=np.full(covariance.shape, np.nan), where=product > 0.0)
+    found = np.full(covariance.shape, np.nan)
+    np.divide(covariance, product, out=found, where=product > 0.0)
+    return found
 
 
 def _picked(matrix: FloatArray, rows: list[int | None]) -> FloatArray:

@@ -36,7 +36,8 @@ def draw_ellipses(axes: Axes, view: ObjectView, extent: FloatArray, tips: Tips) 
     place = _places(view)
     keys = list(zip(table["kind"], table["id"], strict=True))
     kept = [row for row, key in enumerate(keys) if key in place and semi_axes[row, 0] > 0.0]
-    kept = kept[:: 1 + len(kept) // _DRAWN]
+    step = 1 + len(kept) // _DRAWN
+    kept = kept[::step]
     if not kept:
         return
     size = float((extent[1] - extent[0]).max())
@@ -46,7 +47,7 @@ def draw_ellipses(axes: Axes, view: ObjectView, extent: FloatArray, tips: Tips) 
     lines = [
         place[keys[row]] + factor * (directions[row] @ (semi_axes[row][:, None] * circle)).T for row in kept
     ]
-    name = f"standard ellipse × {grouped(factor)}"
+    name = f"standard ellipse × {grouped(factor)}" + (f" (1 of {step})" if step > 1 else "")
     drawn = LineCollection(lines, colors=INK, linewidths=0.7, alpha=0.8, label=name)
     tips.on(drawn, [_tip(keys[row], semi_axes[row]) for row in kept])
     axes.add_collection(drawn)
@@ -70,7 +71,7 @@ def _tip(key: tuple[str, str], semi_axes: FloatArray) -> str:
 
 def _places(view: ObjectView) -> dict[tuple[str, str], FloatArray]:
     """Positions of images and points in the plane by kind and id."""
-    found = {}
+    found: dict[tuple[str, str], FloatArray] = {}
     for kind, xy in (("image", view.stations), ("point", view.points(view.data["points"]))):
         found |= {(kind, item["id"]): xy[i] for i, item in enumerate(view.data[f"{kind}s"])}
     return found

@@ -9,9 +9,16 @@ import numpy as np
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.report.canvas import ROLE_COLOURS, STATION, svg_of
 from splinebba_cli.report.footprints import footprints
-from splinebba_cli.report.object_view import ObjectView, looks_down, plan_view, side_view
+from splinebba_cli.report.object_view import (
+    ObjectView,
+    looks_down,
+    needs_side_view,
+    plan_view,
+    side_view,
+    stations,
+)
 from splinebba_cli.report.plan_ellipses import draw_ellipses
-from splinebba_cli.report.plan_frame import finish, label
+from splinebba_cli.report.plan_frame import Labels, finish
 from splinebba_cli.report.plan_tips import point_tip, spline_tip, station_tip
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.svg_text import Tips
@@ -23,17 +30,25 @@ if TYPE_CHECKING:
 _LABELLED_IMAGES, _LABELLED_SPLINES, _DRAWN_POINTS = 60, 40, 3000
 _VERTICES = 4000  # of all splines of a role together
 _MARKERS = {"control": "^", "partial": "v", "tie": "o", "check": "s"}
+_MAP = 20.0  # m between stations
 _AXIS = 0.06  # length of a viewing direction, of the extent
 
 
 def block_plan(data: ResultData) -> str:
     """SVG of the plan; X to the right, Y up, metres."""
-    return _drawn(plan_view(data), footprints(data), "N" if looks_down(data) else "Y")
+    return _drawn(plan_view(data), footprints(data), north_or_y(data))
 
 
 def block_elevation(data: ResultData) -> str:
-    """SVG of the block from the side, Z up; empty where most images look down."""
-    return "" if looks_down(data) else _drawn(side_view(data), {}, "Z")
+    """SVG of the block from the side, Z up; empty where the plan says enough."""
+    return "" if not needs_side_view(data) else _drawn(side_view(data), {}, "Z")
+
+
+def north_or_y(data: ResultData) -> str:
+    """What the arrow of a plan says: north where the block can be a map."""
+    centres = stations(data)
+    wide = len(centres) > 0 and float(np.ptp(centres[:, :2], axis=0).max()) > _MAP
+    return "N" if wide and looks_down(data) else "Y"
 
 
 def _drawn(view: ObjectView, covered: dict[str, FloatArray], upwards: str) -> str:
@@ -46,11 +61,13 @@ def _drawn(view: ObjectView, covered: dict[str, FloatArray], upwards: str) -> st
         axes = figure.add_subplot()
         axes.set_aspect("equal", adjustable="datalim")
         _draw_footprints(axes, covered, tips)
+        labels = Labels(axes, extent)
         _draw_splines(axes, view, tips)
         _draw_points(axes, view, tips)
         _draw_directions(axes, view, covered, extent)
         draw_ellipses(axes, view, extent, tips)
-        _draw_stations(axes, view, tips)
+        _draw_stations(axes, view, tips, labels)
+        _label_splines(view, labels)
         finish(axes, view.name, extent, upwards)
         figure.legend(loc="outside lower center", ncols=4, fontsize=8)
 
@@ -83,11 +100,14 @@ def _draw_splines(axes: Axes, view: ObjectView, tips: Tips) -> None:
         collection = LineCollection(lines, colors=colour, linewidths=1.8, label=f"{role} spline")
         tips.on(collection, [spline_tip(view.data, spline) for spline, _ in drawn])
         axes.add_collection(collection)
+
+
+def _label_splines(view: ObjectView, labels: Labels) -> None:
     if len(view.data["splines"]) <= _LABELLED_SPLINES:
         for spline in view.data["splines"]:
             if spline["knots"]:
                 x, y = (spline["knots"][len(spline["knots"]) // 2][axis] for axis in view.axes)
-                label(axes, spline["id"], x, y, ROLE_COLOURS[spline["role"]])
+                labels.add(spline["id"], x, y, ROLE_COLOURS[spline["role"]])
 
 
 def _thinned(line: FloatArray, step: int) -> FloatArray:
@@ -101,8 +121,8 @@ def _draw_points(axes: Axes, view: ObjectView, tips: Tips) -> None:
         points = [point for point in view.data["points"] if point["role"] == role]
         drawn = points[::step] if role == "tie" else points
         xy = view.points(drawn)
-        known = np.isfinite(xy).all(axis=1)
-        drawn, xy = [point for point, each in zip(drawn, known, strict=True) if each], xy[known]
+        known = np.flatnonzero(np.isfinite(xy).all(axis=1))
+        drawn, xy = [drawn[k] for k in known], xy[known]
         if drawn:
             name = f"{role} point" + (f" (1 of {step})" if step > 1 and role == "tie" else "")
             size = (3.0 if role == "tie" else 5.0) * max(0.4, min(1.0, (200 / len(drawn)) ** 0.5))
@@ -129,7 +149,7 @@ def _draw_directions(
     )
 
 
-def _draw_stations(axes: Axes, view: ObjectView, tips: Tips) -> None:
+def _draw_stations(axes: Axes, view: ObjectView, tips: Tips, labels: Labels) -> None:
     xy, images = view.stations, view.data["images"]
     if not len(xy):
         return
@@ -140,4 +160,4 @@ def _draw_stations(axes: Axes, view: ObjectView, tips: Tips) -> None:
     tips.on(marks, [station_tip(image) for image in images])
     if len(xy) <= _LABELLED_IMAGES:
         for image, place in zip(images, xy, strict=True):
-            label(axes, image["id"], place[0], place[1], STATION)
+            labels.add(image["id"], place[0], place[1], STATION)

@@ -16,19 +16,32 @@ if TYPE_CHECKING:
 _LABEL = 24  # characters of an id that are shown
 
 
-def label(axes: Axes, text: str, x: float | None, y: float | None, colour: str) -> None:
-    """An id beside its place."""
-    if x is None or y is None:
-        return
-    shown = text if len(text) <= _LABEL else f"{text[: _LABEL - 1]}…"
-    axes.annotate(
-        f"\u00a0\u00a0{shown}",
-        (x, y),
-        fontsize=7,
-        color=colour,
-        clip_on=True,
-        va="bottom",
-    )
+class Labels:
+    """Ids beside their places; those that would cover others are left out and stay in the tips.
+
+    Parameters
+    ----------
+    axes : where they are written
+    extent : (2, 2) corners of the drawing, metres
+    """
+
+    def __init__(self, axes: Axes, extent: FloatArray) -> None:
+        self._axes = axes
+        self._letter = np.array([0.0075, 0.014]) * float((extent[1] - extent[0]).max())
+        self._taken: list[tuple[float, float, float]] = []  # left, right, bottom
+
+    def add(self, text: str, x: float | None, y: float | None, colour: str) -> None:
+        """An id at the upper right of its place."""
+        if x is None or y is None:
+            return
+        shown = text if len(text) <= _LABEL else f"{text[: _LABEL - 1]}…"
+        right, height = x + self._letter[0] * (len(shown) + 2), self._letter[1]
+        if any(x < b and a < right and abs(y - low) < height for a, b, low in self._taken):
+            return
+        self._taken.append((x, right, y))
+        self._axes.annotate(
+            f"\u00a0\u00a0{shown}", (x, y), fontsize=7, color=colour, clip_on=True, va="bottom"
+        )
 
 
 def finish(axes: Axes, plane: str, extent: FloatArray, upwards: str) -> None:

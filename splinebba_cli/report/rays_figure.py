@@ -73,7 +73,8 @@ def _knots(x: FloatArray, bottom: float) -> str:
         if not kept or each - x[kept[-1]] > 18.0:
             kept.append(i)
     names = "".join(f'<text class="soft" x="{number(x[i])}" y="11">{i}</text>' for i in kept)
-    return f'<text class="soft" x="{number(_LEFT - 8)}" y="11" text-anchor="end">knot</text><g text-anchor="middle">{names}</g>{lines}'
+    title = f'<text class="soft" x="{number(_LEFT - 8)}" y="11" text-anchor="end">knot</text>'
+    return f'{title}<g text-anchor="middle">{names}</g>{lines}'
 
 
 def _row(image: str, along: FloatArray, top: float, scale: float) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from splinebba_cli.report.blocks import Block, Cell, Column, Fact, Facts, Note, Section, Table
-from splinebba_cli.report.figure_blocks import reliability_blocks
+from splinebba_cli.report.residual_figure_blocks import reliability_blocks
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.scale import angle_scale, length_scale
 

@@ -109,21 +109,19 @@ def image_residuals(data: ResultData) -> str:
     }
 
     def draw(figure: Figure) -> None:
+        from matplotlib.patches import Patch
+
         axes = figure.add_subplot()
         width, spare = 0.8 / max(len(present), 1), 0.5 * max(8 - len(images), 0)
         for number, (group, colour) in enumerate(present):
             if few:
                 position = np.arange(len(images)) - 0.4 + (number + 0.5) * width
-                bars = axes.vlines(
-                    position, 0.0, np.nan_to_num(values[group]), color=colour, alpha=0.8, label=group
-                )
+                bars = axes.vlines(position, 0.0, np.nan_to_num(values[group]), color=colour, alpha=0.8)
                 bars.set_linewidth(_BARS * width / (len(images) + 2.0 * spare))
                 tips.on(bars, says[group])
             else:
                 known = np.flatnonzero(np.isfinite(values[group]))
-                (marks,) = axes.plot(
-                    known, values[group][known], ".", color=colour, markersize=3, label=group
-                )
+                (marks,) = axes.plot(known, values[group][known], ".", color=colour, markersize=3)
                 tips.on(marks, [says[group][k] for k in known])
         if few:
             names = [image["id"][:16] for image in images]
@@ -136,7 +134,8 @@ def image_residuals(data: ResultData) -> str:
         axes.set_xlim(-0.6 - spare, len(images) - 0.4 + spare)
         axes.grid(visible=False, axis="x")
         axes.set_ylabel(f"rms residual [{unit}]")
-        figure.legend(loc="outside upper right", ncols=2, fontsize=8)
+        patches = [Patch(color=colour, alpha=0.8, label=group) for group, colour in present]
+        figure.legend(handles=patches, loc="outside upper right", ncols=2, fontsize=8)
 
     return svg_of(draw, (7.6, 2.7), "image_residuals", tips=tips)
 

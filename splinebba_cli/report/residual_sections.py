@@ -17,7 +17,7 @@ from splinebba_cli.report.blocks import (
     Section,
     Table,
 )
-from splinebba_cli.report.figure_blocks import histogram_blocks, image_residual_blocks
+from splinebba_cli.report.residual_figure_blocks import histogram_blocks, image_residual_blocks
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.scale import angle_scale, length_scale
 

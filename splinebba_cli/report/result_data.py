@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from splinebba_cli.core.network import BoolArray, FloatArray
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.output.dispersion_file import read_dispersion
 from splinebba_cli.output.read_table import ReadTable, as_read, read_table
 from splinebba_cli.output.result_folder import Written
@@ -131,17 +131,26 @@ class ResultData:
         table = self.locations
         if not table.rows:
             return {}
-        u = table.numbers("u")
-        found: dict[str, dict[str, list[float]]] = {}
-        for spline, image, value in zip(table["spline"], table["image"], u.tolist(), strict=True):
-            found.setdefault(spline, {}).setdefault(image, []).append(value)
+        u, images = table.numbers("u"), list(table["image"])
         order = {image["id"]: number for number, image in enumerate(self["images"])}
-        return {
-            spline: {
-                image: np.array(rays[image]) for image in sorted(rays, key=lambda image: order.get(image, -1))
+        found: dict[str, dict[str, FloatArray]] = {}
+        for spline, rows in rows_of(table["spline"]).items():
+            own = rows_of([images[row] for row in rows])
+            found[spline] = {
+                image: u[rows[own[image]]] for image in sorted(own, key=lambda i: order.get(i, -1))
             }
-            for spline, rays in found.items()
-        }
+        return found
+
+    @cached_property
+    def redundancy_along(self) -> dict[str, tuple[FloatArray, FloatArray]]:
+        """Locations u and redundancy numbers across of the image points of every spline; NaN where one is out."""
+        table, locations = self.image_points, self.locations
+        on_spline = np.array([kind == "spline" for kind in table.get("kind", ())], dtype=bool)
+        if not locations.rows or on_spline.sum() != locations.rows:
+            return {}
+        r = np.where(self.taking_part, table.numbers("redundancy_across"), np.nan)[on_spline]
+        u = locations.numbers("u")
+        return {name: (u[rows], r[rows]) for name, rows in rows_of(locations["spline"]).items()}
 
     @cached_property
     def dispersion(self) -> Mapping[str, NDArray[Any]]:
@@ -168,10 +177,10 @@ class ResultData:
         xyz = np.stack([table.numbers(f"{axis}_m") for axis in "xyz"], axis=1)
         across = np.stack([table.numbers(f"sigma_across_{axis}_m") for axis in ("major", "minor")], axis=1)
         direction = np.stack([table.numbers(f"major_direction_{axis}") for axis in "xyz"], axis=1)
-        rows: dict[str, list[int]] = {}
-        for row, name in enumerate(table["spline"]):
-            rows.setdefault(name, []).append(row)
-        return {name: SplineSamples(u[i], xyz[i], across[i], direction[i]) for name, i in rows.items()}
+        return {
+            name: SplineSamples(u[i], xyz[i], across[i], direction[i])
+            for name, i in rows_of(table["spline"]).items()
+        }
 
     @cached_property
     def ellipses(self) -> ReadTable:
@@ -180,3 +189,11 @@ class ResultData:
 
     def _read(self, name: str, columns: tuple[str, ...] | None = None) -> ReadTable:
         return ReadTable({}) if self._tables is None else self._tables(name, columns)
+
+
+def rows_of(names: Sequence[str]) -> dict[str, IntArray]:
+    """Numbers of the rows of every name, names in the order of their alphabet."""
+    found, number = np.unique(np.array(list(names), dtype=object), return_inverse=True)
+    order = np.argsort(number, kind="stable")
+    ends = np.searchsorted(number[order], np.arange(len(found) + 1))
+    return {str(name): order[ends[i] : ends[i + 1]] for i, name in enumerate(found)}

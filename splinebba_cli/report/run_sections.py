@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from splinebba_cli.report.blocks import Block, Cell, Column, Fact, Facts, Section, Table
-from splinebba_cli.report.figure_blocks import convergence_blocks
+from splinebba_cli.report.residual_figure_blocks import convergence_blocks
 from splinebba_cli.report.result_data import ResultData
 
 

@@ -82,3 +82,8 @@ def round_length(value: float) -> float:
 def grouped(factor: float) -> str:
     """A factor with groups of three digits: ``20 000``; small ones as they are."""
     return f"{factor:,.0f}".replace(",", "\u202f") if factor >= 1.0 else f"{factor:g}"
+
+
+def plural(count: int, noun: str) -> str:
+    """``1 image``, ``2 images``."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from html import escape
 
 _DRAWN = re.compile(r"<(use|path)\b([^>]*?)/>")
+_SHARED = re.compile(r' (?:clip-path|style)="[^"]*"')
 _DEFINITIONS = re.compile(r"<defs>.*?</defs>", re.DOTALL)
 
 
@@ -76,10 +77,13 @@ def _with_titles(group: str, texts: Sequence[str]) -> str:
         return f"{head}><title>{plain(texts[0])}</title>{rest}"
     hidden = [match.span() for match in _DEFINITIONS.finditer(group)]
     drawn = [m for m in _DRAWN.finditer(group) if not any(a <= m.start() < b for a, b in hidden)]
-    if len(drawn) != len(texts):
+    if not drawn or len(drawn) != len(texts):
         return group
-    parts, place = [], 0
+    shared = [each for each in _SHARED.findall(drawn[0].group(2)) if all(each in m.group(2) for m in drawn)]
+    parts, place = [], group.index(">")
+    head = group[:place] + "".join(shared)
     for match, text in zip(drawn, texts, strict=True):
-        parts += [group[place : match.start()], titled(match.group(1), match.group(2), text)]
+        attributes = _SHARED.sub(lambda m: "" if m.group(0) in shared else m.group(0), match.group(2))
+        parts += [group[place : match.start()], titled(match.group(1), attributes, text)]
         place = match.end()
-    return "".join(parts) + group[place:]
+    return head + "".join(parts) + group[place:]

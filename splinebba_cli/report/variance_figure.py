@@ -49,7 +49,7 @@ def variance_figure(data: ResultData) -> str:
         axes.hlines(row, low, ratio + _INTERVAL * sigma, color=colours, linewidth=2.2)
         marks = axes.scatter(ratio, row, s=26, c=colours, linewidths=0, zorder=3)
         tips.on(marks, says)
-        axes.set_yticks(row, [_short(f"{each['group']}, {each['kind']}") for each in groups], color=MUTED)
+        axes.set_yticks(row, [_name(each) for each in groups], color=MUTED)
         axes.set_ylim(-0.7, len(groups) - 0.3)
         axes.set_xlim(left=max(0.0, min(0.9, float(low.min()) - 0.05)))
         axes.grid(visible=False, axis="y")
@@ -64,5 +64,7 @@ def _ratio(group: dict[str, Any]) -> tuple[float, float]:
     return group["factor"] * group["sigma0"], group["factor"] * sigma
 
 
-def _short(text: str) -> str:
+def _name(group: dict[str, Any]) -> str:
+    """The group, with its kind where the name does not say it."""
+    text = group["group"] if group["kind"] in group["group"] else f"{group['group']}, {group['kind']}"
     return text if len(text) <= 36 else f"{text[:35]}…"

@@ -54,15 +54,16 @@ class Panel:
         view = f"0 0 {number(_WIDTH)} {number(_TOP + height + _BOTTOM)}"
         label = f"Residual vectors of image {one_line(image)}, enlarged {grouped(self._factor)} times"
         return (
-            f'<div class="scroll panel" tabindex="0" role="img" aria-label="{label}">'
-            f'<svg class="map" viewBox="{view}">{"".join(parts)}</svg></div>'
+            f'<div class="panel"><div class="scroll" tabindex="0" role="img" aria-label="{label}">'
+            f'<svg class="map" viewBox="{view}">{"".join(parts)}</svg></div></div>'
         )
 
     def _half(self, rows: IntArray, camera: dict[str, Any]) -> FloatArray:
         """Half of the image format, or what holds the measured points, (2,) mm."""
         if camera["format_mm"] is not None:
             return 0.5 * np.array(camera["format_mm"], dtype=float)
-        return np.maximum(np.nanmax(np.abs(self._points.xy[rows]), axis=0) * 1.08, 1e-6)
+        reach: FloatArray = np.nanmax(np.abs(self._points.xy[rows]), axis=0)
+        return np.maximum(1.08 * reach, 1e-6)
 
     def _drawn(self, rows: IntArray) -> IntArray:
         if len(rows) <= self.DRAWN:
@@ -139,5 +140,7 @@ class Panel:
         y = _TOP + height + 12
         return (
             f'<path class="ink" d="M1 {number(y)}h{number(length)}"/><text class="soft" '
-            f'x="{number(length + 7)}" y="{number(y + 4)}">{microns:g} µm, enlarged {grouped(self._factor)} times</text>'
+            f'x="{number(length + 7)}" y="{number(y + 4)}">'
+            f"{microns:g} µm, "
+            f"enlarged {grouped(self._factor)} times</text>"
         )
