@@ -157,7 +157,9 @@ def check_spline_figure(data: ResultData, spline_id: str) -> str:
         axes.set_ylabel(f"distance [{scale.unit}]")
         axes.legend(loc="upper right", fontsize=8)
 
-    return svg_of(draw, (7.6, 2.3), f"check spline {spline_id}", tips=tips)
+    return svg_of(
+        draw, (7.6, 2.3), f"check spline {spline_id}", margins=(0.085, 0.2, 0.985, 0.96, 0.2), tips=tips
+    )
 
 
 def limits_95(distance: FloatArray, normalized: FloatArray) -> FloatArray:

@@ -117,6 +117,6 @@ def plan_view(data: ResultData) -> ObjectView:
 
 
 def side_view(data: ResultData) -> ObjectView:
-    """Along the horizontal axis that the images look along most: the broad side of the object, Z up."""
-    along = np.abs(viewing_directions(data)[:, :2]).sum(axis=0)
-    return ObjectView(data, 1 if along[0] > along[1] else 0, 2)
+    """The broad side of the block: the longer horizontal axis of the stations to the right, Z up."""
+    x, y = np.ptp(stations(data)[:, :2], axis=0)
+    return ObjectView(data, 1 if y > x else 0, 2)

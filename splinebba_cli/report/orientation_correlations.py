@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinebba_cli.core.network import FloatArray
+from splinebba_cli.core.quality.full_dispersion import EOP
 from splinebba_cli.report.result_data import ResultData
 
 PARAMETERS = ("ω", "φ", "κ", "X₀", "Y₀", "Z₀")
-_NAMES = ("omega", "phi", "kappa", "X0", "Y0", "Z0")
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class OrientationCorrelations:
         whole = None
         if "matrix" in arrays:
             row = {str(name): k for k, name in enumerate(arrays["names"])}
-            wanted = [row.get(f"image {image} {name}") for image in images for name in _NAMES]
+            wanted = [row.get(f"image {image} {name}") for image in images for name in EOP]
             whole = _correlation(_picked(np.asarray(arrays["matrix"]), wanted))
         return cls(images, _correlation(np.asarray(arrays["image_dispersion"])), whole)
 

@@ -31,7 +31,7 @@ def histogram(data: ResultData) -> str:
         _draw_histogram(bars, series)
         _draw_quantiles(quantiles, series)
 
-    return svg_of(draw, (7.6, 3.1), "histogram")
+    return svg_of(draw, (7.6, 3.1), "histogram", margins=(0.075, 0.15, 0.985, 0.975, 0.2))
 
 
 def standardized(data: ResultData) -> dict[str, FloatArray]:
@@ -183,4 +183,4 @@ def convergence(data: ResultData) -> str:
                     rotation=90 if len(log) > 25 else 0,
                 )
 
-    return svg_of(draw, (7.6, 2.7), "convergence")
+    return svg_of(draw, (7.6, 2.7), "convergence", margins=(0.1, 0.17, 0.985, 0.89, 0.26))

@@ -16,11 +16,14 @@ SHOWN = 6  # images that are drawn at once
 VECTORS = 20_000  # of all images together
 _LONG = 0.06  # of the image format: vector at the 90th percentile
 
-_LEGEND = (
-    '<p class="legend"><span class="d-point">●</span> point <span class="d-spline">●</span> on a spline, across the '
-    'curve <span class="d-bad">━</span> |w| beyond the critical value <span class="d-bad">✕</span> rejected or '
-    "excluded <span>+</span> principal point</p>"
+_MARKS = (
+    ("d-point", "●", "point"),
+    ("d-spline", "●", "on a spline, across the curve"),
+    ("d-bad", "━", "|w| beyond the critical value"),
+    ("d-bad", "✕", "rejected or excluded"),
+    ("", "+", "principal point"),
 )
+_LEGEND = "".join(f'<span><i class="{kind}">{mark}</i> {text}</span>' for kind, mark, text in _MARKS)
 
 
 def image_vectors(data: ResultData) -> str:
@@ -32,7 +35,7 @@ def image_vectors(data: ResultData) -> str:
     panel = Panel(data, points, factor)
     images = drawn_images(points)
     first = "".join(panel.svg(image) for image in images[:SHOWN])
-    text = f'{_LEGEND}<div class="panels">{first}</div>'
+    text = f'<p class="legend">{_LEGEND}</p><div class="panels">{first}</div>'
     if len(images) > SHOWN:
         rest = "".join(
             f"<details><summary>{one_line(image)}</summary>{panel.svg(image)}</details>"
