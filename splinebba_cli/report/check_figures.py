@@ -11,7 +11,7 @@ from splinebba_cli.report.canvas import MUTED, ROLE_COLOURS, WARN, svg_of
 from splinebba_cli.report.object_view import coordinates
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.scale import Scale, grouped, length_scale, round_length
-from splinebba_cli.report.svg_text import Tips
+from splinebba_cli.report.svg_text import Tips, visible
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -81,7 +81,7 @@ def _draw_vectors(
     tips.on(marks, says)
     if len(names) <= _LABELLED:
         for name, place in zip(names, xy, strict=True):
-            axes.annotate(f"\u00a0\u00a0{name[:20]}", place, fontsize=7, color=MUTED, va="top")
+            axes.annotate(f"\u00a0\u00a0{visible(name, 20)}", place, fontsize=7, color=MUTED, va="top")
     axes.autoscale_view()
     axes.margins(0.08)
     axes.locator_params(nbins=4)
@@ -109,7 +109,7 @@ def _draw_heights(
     tips.on(bars, says)
     axes.axhline(0.0, color=MUTED, linewidth=0.8)
     if len(names) <= _LABELLED:
-        axes.set_xticks(place, [name[:12] for name in names], rotation=90 if len(names) > 5 else 0)
+        axes.set_xticks(place, [visible(name, 12) for name in names], rotation=90 if len(names) > 5 else 0)
     axes.set_xlim(-0.8, len(names) - 0.2)
     axes.grid(visible=False, axis="x")
     axes.set_title("ΔZ, grey: ± 1.96 σ")

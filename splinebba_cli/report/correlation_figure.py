@@ -39,9 +39,8 @@ def _small(found: OrientationCorrelations) -> str:
         x, y = (k % across) * step_x + 22, (k // across) * step_y + _GAP
         labels = _names_across(x, y, _CELL) + _names_down(x, y, _CELL)
         name = found.images[image]
-        shown = name if len(name) <= 20 else f"{name[:19]}…"
         parts.append(
-            f'<text x="{number(x)}" y="{number(y - 18)}" font-weight="600">{one_line(shown)}</text>{labels}'
+            f'<text x="{number(x)}" y="{number(y - 18)}" font-weight="600">{one_line(name, 20)}</text>{labels}'
             + _cells(found.inside[image], (x, y), _CELL, [f"image {name} {p}" for p in PARAMETERS])
         )
     height = (1 + (len(images) - 1) // across) * step_y + _GAP
@@ -57,7 +56,7 @@ def _whole(images: tuple[str, ...], matrix: FloatArray) -> str:
     size = cell * len(matrix)
     for k, image in enumerate(images):
         begin = 6 * k * cell
-        shown = one_line(image if len(image) <= 9 else f"{image[:8]}…")
+        shown = one_line(image, 9)
         parts.append(
             f'<text x="{number(left + begin + 3 * cell)}" y="{number(top - 18)}" text-anchor="middle">{shown}</text>'
             f'<text x="{number(left - 24)}" y="{number(top + begin + 3.3 * cell)}" text-anchor="end">{shown}</text>'

@@ -9,6 +9,7 @@ import numpy as np
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.report.canvas import INK, MUTED
 from splinebba_cli.report.scale import round_length
+from splinebba_cli.report.svg_text import visible
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,7 +35,7 @@ class Labels:
         """An id at the upper right of its place."""
         if x is None or y is None:
             return
-        shown = text if len(text) <= _LABEL else f"{text[: _LABEL - 1]}…"
+        shown = visible(text, _LABEL)
         right, height = x + self._letter[0] * (len(shown) + 2), self._letter[1]
         if any(x < b and a < right and abs(y - low) < height for a, b, low in self._taken):
             return

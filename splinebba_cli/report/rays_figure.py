@@ -85,10 +85,9 @@ def _row(image: str, along: FloatArray, top: float, scale: float) -> str:
     if len(along) > 1:
         gap = float(np.diff(along).max())
         tip += f"\nlongest gap {length_scale([gap]).text(gap)}"
-    shown = image if len(image) <= 12 else f"{image[:11]}…"
     return (
         f'<path class="axis" d="M{number(_LEFT)} {number(base)}H{number(_WIDTH - _RIGHT)}"/>'
-        f'<text x="{number(_LEFT - 8)}" y="{number(base)}" text-anchor="end">{one_line(shown)}</text>'
+        f'<text x="{number(_LEFT - 8)}" y="{number(base)}" text-anchor="end">{one_line(image, 12)}</text>'
         f'<text class="soft" x="{number(_WIDTH - _RIGHT + 8)}" y="{number(base)}">{len(along)}</text>'
         + titled("path", f'class="rays" d="{marks}"', tip)
     )

@@ -9,7 +9,7 @@ import numpy as np
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.report.canvas import INK, MUTED, ROLE_COLOURS, STATION, svg_of
 from splinebba_cli.report.result_data import ResultData
-from splinebba_cli.report.svg_text import Tips
+from splinebba_cli.report.svg_text import Tips, visible
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -124,7 +124,7 @@ def image_residuals(data: ResultData) -> str:
                 (marks,) = axes.plot(known, values[group][known], ".", color=colour, markersize=3)
                 tips.on(marks, [says[group][k] for k in known])
         if few:
-            names = [image["id"][:16] for image in images]
+            names = [visible(image["id"], 16) for image in images]
             long = max(map(len, names)) * len(names) > _CHARACTERS
             axes.set_xticks(np.arange(len(images)), names, rotation=90 if long else 0)
             axes.set_ylim(bottom=0.0)

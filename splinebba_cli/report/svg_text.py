@@ -11,15 +11,20 @@ _SHARED = re.compile(r' (?:clip-path|style)="[^"]*"')
 _DEFINITIONS = re.compile(r"<defs>.*?</defs>", re.DOTALL)
 
 
+def visible(text: str, longest: int | None = None) -> str:
+    """An id of the user in one line: control characters made visible, cut after `longest` characters."""
+    shown = "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+    return shown if longest is None or len(shown) <= longest else f"{shown[: longest - 1]}…"
+
+
 def plain(text: str) -> str:
-    """A text of the user with control characters made visible, escaped for elements and attributes."""
-    shown = "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
-    return escape(shown, quote=True)
+    """Lines of text, escaped for elements and attributes, control characters made visible."""
+    return escape("\n".join(map(visible, text.split("\n"))), quote=True)
 
 
-def one_line(text: str) -> str:
-    """The same without line breaks: an id."""
-    return plain(text.replace("\n", "\\n"))
+def one_line(text: str, longest: int | None = None) -> str:
+    """An id, escaped, without line breaks, cut after `longest` characters."""
+    return escape(visible(text, longest), quote=True)
 
 
 def number(value: float, decimals: int = 2) -> str:

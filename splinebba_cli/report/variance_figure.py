@@ -8,7 +8,7 @@ import numpy as np
 
 from splinebba_cli.report.canvas import INK, MUTED, STATION, WARN, svg_of
 from splinebba_cli.report.result_data import ResultData
-from splinebba_cli.report.svg_text import Tips
+from splinebba_cli.report.svg_text import Tips, visible
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -67,4 +67,4 @@ def _ratio(group: dict[str, Any]) -> tuple[float, float]:
 def _name(group: dict[str, Any]) -> str:
     """The group, with its kind where the name does not say it."""
     text = group["group"] if group["kind"] in group["group"] else f"{group['group']}, {group['kind']}"
-    return text if len(text) <= 36 else f"{text[:35]}…"
+    return visible(text, 36)

@@ -75,9 +75,8 @@ class Panel:
         count = f"{len(rows)} points" if drawn == len(rows) else f"{drawn} of {len(rows)} points"
         out = int(self._points.out[rows].sum())
         text = f"{count}, rms {1e3 * self._points.rms_mm(image):.2f} µm" + (f", {out} out" if out else "")
-        shown = image if len(image) <= 20 else f"{image[:19]}…"
         return (
-            f'<text x="1" y="15"><tspan font-weight="600">{one_line(shown)}</tspan> '
+            f'<text x="1" y="15"><tspan font-weight="600">{one_line(image, 20)}</tspan> '
             f'<tspan class="soft" dx="6">{text}</tspan></text>'
         )
 
