@@ -42,8 +42,6 @@ def test_classes_count_from_good_to_bad() -> None:
     assert classes.of(np.array([1.0, 60.0])).tolist() == [0, 5]
     limits = quantile_classes(np.full(9, 24.0), "").limits
     assert list(limits) == sorted(set(limits))
-        set(quantile_classes(np.full(9, 24.0), "").limits)
-    )
 
 
 def test_cells_of_the_format() -> None:
