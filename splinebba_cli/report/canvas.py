@@ -31,6 +31,7 @@ _VARIABLES = {
     **{colour: f"var(--class-{number})" for number, colour in enumerate(CLASS_COLOURS)},
     **{colour: f"var(--role-{role})" for role, colour in ROLE_COLOURS.items()},
 }
+SCALE_BAR = "scale-bar-"  # id of the group of a scale bar, ends with its length in metres
 Margins = tuple[float, float, float, float, float]
 _STYLE: Any = {
     "svg.fonttype": "none",
@@ -166,7 +167,10 @@ def _clean_tag(match: re.Match[str]) -> str:
     """One tag: colours of the page, two decimals; texts between the tags stay as they are."""
     tag = match.group(0).replace("xlink:href", "href")
     tag = re.sub(r' (?:d|transform|x|y)="[^"]*"', lambda m: _rounded(m.group(0)), tag)
-    tag = re.sub(r"font: (?:(bold) )?([\d.]+)px [^;\"]*", _font, tag)
+    tag = re.sub(r"font: (?:(bold) )?([\d.]+px) [^;\"]*", _font, tag)  # as matplotlib up to 3.9 writes it
+    tag = tag.replace(f'id="{SCALE_BAR}', 'data-metres="')
+    tag = re.sub(r"font-family: [^;\"]*;? ?", "", tag)
+    tag = re.sub(r"font-size: ([\d.]+px)", r"font-size: calc(\1 * var(--shrink, 1))", tag)
     return re.sub(r"#[0-9a-f]{6}\b", lambda m: _VARIABLES.get(m.group(0), m.group(0)), tag)
 
 
@@ -176,4 +180,4 @@ def _rounded(attribute: str) -> str:
 
 def _font(match: re.Match[str]) -> str:
     weight = "font-weight: 600; " if match.group(1) else ""
-    return f"{weight}font-size: calc({match.group(2)}px * var(--shrink, 1))"
+    return f"{weight}font-size: {match.group(2)}"

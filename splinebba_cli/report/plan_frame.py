@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from splinebba_cli.core.network import FloatArray
-from splinebba_cli.report.canvas import INK, MUTED
+from splinebba_cli.report.canvas import INK, MUTED, SCALE_BAR
 from splinebba_cli.report.scale import round_length
 from splinebba_cli.report.svg_text import visible
 
@@ -64,7 +64,8 @@ def finish(axes: Axes, plane: str, extent: FloatArray, upwards: str) -> None:
 def _scale_bar(axes: Axes, extent: FloatArray, margin: float) -> None:
     length = round_length(0.2 * float((extent[1] - extent[0]).max()))
     x, y = extent[0, 0] - 0.4 * margin, extent[0, 1] - 1.8 * margin
-    axes.plot([x, x + length], [y, y], color=INK, linewidth=2.2, solid_capstyle="butt")
+    (bar,) = axes.plot([x, x + length], [y, y], color=INK, linewidth=2.2, solid_capstyle="butt")
+    bar.set_gid(f"{SCALE_BAR}{length:g}")
     text = f"{length:g} m" if length >= 1.0 else f"{1e3 * length:g} mm"
     axes.annotate(text, (x + 0.5 * length, y), xytext=(0, 4), textcoords="offset points", ha="center")
 

@@ -69,6 +69,28 @@ def test_wheel_enlarges_with_ctrl_only_and_keeps_the_place(page_of: PageOf, repo
     assert view[0] + view[2] / 2 == pytest.approx(whole[2] / 2, rel=0.01)
 
 
+def test_marks_and_letters_grow_slowly_and_the_width_is_told(page_of: PageOf, report: Path) -> None:
+    figure = _plan(page_of(report))
+    mark = figure.locator("use", has=figure.page.locator("title", has_text="image 766 (RMK)")).first
+    letters = figure.locator("text", has_text="766").first
+    small = [_size(each) for each in (mark, letters)]
+    for _ in range(4):
+        figure.get_by_role("button", name="Enlarge").click()
+    grown = [_size(each) / before for each, before in zip((mark, letters), small, strict=True)]
+    assert grown == pytest.approx([1.5] * 2, rel=0.25)  # 5 times enlarged, less its power of 3/4
+    bar = figure.locator("[data-metres]")
+    metres = float(bar.get_attribute("data-metres") or "nan")
+    share = bar.locator("path").evaluate("path => path.getBBox().width") / _view(figure)[2]
+    told = float(figure.locator(".zoom span").inner_text().split()[0])
+    assert told == pytest.approx(metres / share, rel=0.01)
+
+
+def _size(element: Locator) -> float:
+    box = element.bounding_box()
+    assert box is not None
+    return box["height"]
+
+
 def test_keys_enlarge_move_and_reset(page_of: PageOf, report: Path) -> None:
     page = page_of(report)
     figure = _plan(page)

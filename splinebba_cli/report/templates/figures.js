@@ -92,8 +92,9 @@
       y = Math.min(Math.max(y, top), top + high - height);
       this.box = [x, y, width, height];
       this.svg.setAttribute("viewBox", this.box.join(" "));
-      this.svg.style.setProperty("--shrink", String(1 / this.factor));
+      this.svg.style.setProperty("--shrink", String(this.factor ** -0.75)); // marks and letters grow slowly
       this.svg.classList.toggle("zoomed", this.factor > 1.001);
+      if (this.onchange) this.onchange();
     }
 
     place(clientX, clientY) {
@@ -178,8 +179,23 @@
     return made;
   }
 
+  const HINT = "Ctrl + wheel, drag, double click";
+
+  // Metres of a unit of the drawing, by its scale bar; 0 where it has none.
+  function metresOfUnit(svg) {
+    const bar = svg.querySelector("[data-metres]");
+    return bar ? Number(bar.dataset.metres) / bar.querySelector("path").getBBox().width : 0;
+  }
+
+  function lengthText(metres) {
+    const [value, unit] = metres >= 1 ? [metres, "m"] : [1000 * metres, "mm"];
+    return `${Number(value.toPrecision(3))} ${unit}`;
+  }
+
   function zoomable(svg) {
     const view = new View(svg);
+    const unit = metresOfUnit(svg);
+    const hint = Object.assign(document.createElement("span"), { textContent: HINT });
     const scroll = svg.closest(".scroll");
     const bar = document.createElement("div");
     bar.className = "zoom";
@@ -189,8 +205,12 @@
       button("Enlarge", "+", () => view.zoom(1.5)),
       button("Reduce", "−", () => view.zoom(1 / 1.5)),
       button("Show all of the figure", "⤢", () => view.reset()),
-      Object.assign(document.createElement("span"), { textContent: "Ctrl + wheel, drag, double click" }),
+      hint,
     );
+    view.onchange = () => {
+      const across = view.factor > 1.001 && unit ? view.box[2] * unit : 0;
+      hint.textContent = across ? `${lengthText(across)} across` : HINT;
+    };
     scroll.before(bar);
     scroll.addEventListener("keydown", (event) => onKey(view, event));
     svg.addEventListener("dblclick", () => view.reset());
