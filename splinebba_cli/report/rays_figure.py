@@ -48,8 +48,10 @@ def longest_gap(data: ResultData, spline: dict[str, Any]) -> float | None:
     samples, rays = data.samples_by_spline.get(spline["id"]), measured_along(data, spline["id"])
     if samples is None or len(samples.u) < 2 or not rays:
         return None
-    along = np.sort(np.concatenate([np.interp(u, samples.u, lengths(samples)) for u in rays.values()]))
-    ends = [] if spline["closed"] else [0.0, float(lengths(samples)[-1])]
+    distance = lengths(samples, closed=spline["closed"])
+    along = np.interp(np.concatenate(list(rays.values())), samples.u, distance[: len(samples.u)])
+    total = float(distance[-1])
+    ends = [float(along.min()) + total] if spline["closed"] else [0.0, total]
     return float(np.diff(np.sort(np.append(along, ends))).max(initial=0.0))
 
 

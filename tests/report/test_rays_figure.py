@@ -33,9 +33,15 @@ def test_row_tells_its_longest_gap() -> None:
     )
 
 
-@pytest.mark.parametrize(("closed", "gap"), [(False, 6.0), (True, 3.0)])
-def test_ends_of_an_open_spline_count_as_gaps(closed: bool, gap: float) -> None:
-    data = _straight([0.0, 1.0, 4.0], closed=closed)
+@pytest.mark.parametrize(
+    ("u", "closed", "gap"),
+    [([0.0, 1.0, 4.0], False, 6.0), ([5.0, 6.0, 9.0], False, 5.0), ([5.0, 6.0, 9.0], True, 16.0)],
+)
+def test_gaps_at_the_ends_and_over_the_start_of_a_closed_spline(
+    u: list[float], closed: bool, gap: float
+) -> None:
+    """The closed one goes ten metres there and ten metres back, unmeasured, to its start."""
+    data = _straight(u, closed=closed)
     assert longest_gap(data, data["splines"][0]) == pytest.approx(gap)
 
 

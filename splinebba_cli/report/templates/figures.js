@@ -230,10 +230,7 @@
     const select = document.createElement("select");
     label.append(`${list.dataset.label} `, select);
     parts.forEach((part, index) => select.append(new Option(part.querySelector("summary").textContent, index)));
-    const choose = () => parts.forEach((part, index) => {
-      part.open = index === select.selectedIndex;
-      part.hidden = !part.open;
-    });
+    const choose = () => parts.forEach((part, index) => (part.open = index === select.selectedIndex));
     list.classList.add("chosen");
     list.prepend(label);
     select.addEventListener("change", choose);
