@@ -26,7 +26,8 @@ from splinebba_cli.report.reliability_section import reliability_section
 from splinebba_cli.report.residual_sections import conditions_section, priors_section, residuals_section
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.run_sections import convergence_section, provenance_section
-from splinebba_cli.report.scale import length_scale, plural
+from splinebba_cli.report.scale import length_scale
+from splinebba_cli.report.scale import plural as _plural
 
 _SEVERITIES = ("error", "warning", "info")
 
@@ -102,7 +103,7 @@ def verdict(data: ResultData) -> Verdict:
     weights_reduced = bool((data.content.get("revision") or {}).get("reweighted"))
     test_text = _test_sentence(statistics, weights_reduced)
     if count["error"]:
-        criteria = plural(count["error"], "problem")
+        criteria = _plural(count["error"], "problem")
         return Verdict(
             "bad", "Adjusted, but not acceptable", f"{criteria} below must be solved first. {test_text}"
         )
@@ -111,7 +112,7 @@ def verdict(data: ResultData) -> Verdict:
     if not test["passed"] and not (weights_reduced and test["statistic"] < test["lower"]):
         return Verdict("warning", "Adjusted, but the global test failed", test_text)
     if count["warning"]:
-        return Verdict("warning", f"Adjusted, with {plural(count['warning'], 'warning')}", test_text)
+        return Verdict("warning", f"Adjusted, with {_plural(count['warning'], 'warning')}", test_text)
     return Verdict("good", "Adjusted and accepted", test_text)
 
 
@@ -159,12 +160,12 @@ def key_facts(data: ResultData) -> Facts:
                 if group["rms_px"] is not None
                 else f"{1e3 * group['rms_mm']:.2f} µm"
             )
-            items.append(Fact(name, unit, plural(group["n"], "image point")))
+            items.append(Fact(name, unit, _plural(group["n"], "image point")))
     if images:
         largest = max((s for s in position if s is not None), default=None)
         items.append(
             Fact(
-                "Largest σ of a station", length_scale([largest]).text(largest), plural(len(images), "image")
+                "Largest σ of a station", length_scale([largest]).text(largest), _plural(len(images), "image")
             )
         )
     across = [
@@ -173,7 +174,7 @@ def key_facts(data: ResultData) -> Facts:
     if across:
         mean = sum(across) / len(across)
         items.append(
-            Fact("Mean σ across splines", length_scale([mean]).text(mean), plural(len(splines), "spline"))
+            Fact("Mean σ across splines", length_scale([mean]).text(mean), _plural(len(splines), "spline"))
         )
     return Facts(tuple(items), headline=True)
 
@@ -230,7 +231,7 @@ def _number(value: float | None, spec: str) -> str:
 
 
 def _count_facts(data: ResultData) -> tuple[Fact, ...]:
-    items = [Fact("Images", f"{len(data['images'])}", plural(len(data["cameras"]), "camera"))]
+    items = [Fact("Images", f"{len(data['images'])}", _plural(len(data["cameras"]), "camera"))]
     for name in ("splines", "points"):
         roles: dict[str, int] = {}
         for feature in data[name]:
