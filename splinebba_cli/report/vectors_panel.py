@@ -29,6 +29,7 @@ class Panel:
         self._v = {name: table.numbers(f"residual_{name}_mm") for name in names}
         self._w = {name: table.numbers(f"standardized_{name}") for name in names}
         self._images = {image["id"]: image for image in data["images"]}
+        self._number = {image: number for number, image in enumerate(self._images)}
         self._cameras = {camera["id"]: camera for camera in data["cameras"]}
         tests = data.content.get("tests") or {}
         self._critical = float(tests.get("critical", np.inf))
@@ -52,11 +53,14 @@ class Panel:
         parts += self._crosses(drawn, places, pixel)
         parts.append(self._key(height, scale))
         view = f"0 0 {number(_WIDTH)} {number(_TOP + height + _BOTTOM)}"
-        label = f"Residual vectors of image {one_line(image)}, enlarged {grouped(self._factor)} times"
         return (
-            f'<div class="panel"><div class="scroll" tabindex="0" role="img" aria-label="{label}">'
+            f'<div class="panel"><div class="scroll" tabindex="0" role="img" aria-labelledby="{self._name(image)}">'
             f'<svg class="map" viewBox="{view}">{"".join(parts)}</svg></div></div>'
         )
+
+    def _name(self, image: str) -> str:
+        """Id of the title of an image, which is the name of its drawing."""
+        return f"vectors-{self._number[image]}"
 
     def _half(self, rows: IntArray, camera: dict[str, Any]) -> FloatArray:
         """Half of the image format, or what holds the measured points, (2,) mm."""
@@ -76,7 +80,7 @@ class Panel:
         out = int(self._points.out[rows].sum())
         text = f"{count}, rms {1e3 * self._points.rms_mm(image):.2f} µm" + (f", {out} out" if out else "")
         return (
-            f'<text x="1" y="15"><tspan font-weight="600">{one_line(image, 20)}</tspan> '
+            f'<text id="{self._name(image)}" x="1" y="15"><tspan font-weight="600">{one_line(image, 20)}</tspan> '
             f'<tspan class="soft" dx="6">{text}</tspan></text>'
         )
 

@@ -212,7 +212,7 @@
       hint.textContent = across ? `${lengthText(across)} across` : HINT;
     };
     scroll.before(bar);
-    scroll.addEventListener("keydown", (event) => onKey(view, event));
+    for (const part of [bar, scroll]) part.addEventListener("keydown", (event) => onKey(view, event));
     svg.addEventListener("dblclick", () => view.reset());
     svg.addEventListener("wheel", (event) => {
       if (!event.ctrlKey && !event.metaKey) return;
