@@ -12,7 +12,7 @@ from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.scale import grouped, round_length
 from splinebba_cli.report.svg_text import number, one_line, titled
 
-_WIDTH, _TOP, _BOTTOM = 400.0, 22.0, 24.0
+_WIDTH, _TOP, _BOTTOM = 400.0, 1.0, 24.0
 _CUT = 0.25  # of the width: longer vectors are cut
 
 
@@ -43,7 +43,7 @@ class Panel:
         scale = 0.5 * (_WIDTH - 2.0) / half[0]
         height = 2.0 * half[1] * scale
         drawn = self._drawn(rows)
-        parts = [self._title(image, rows, len(drawn)), self._frame(height, half, scale, camera)]
+        parts = [self._frame(height, half, scale, camera)]
         middle = np.array([0.5 * _WIDTH, _TOP + 0.5 * height])
         places = middle + scale * self._points.xy[drawn] * [1.0, -1.0]
         vectors = self._factor * scale * self._points.vector[drawn] * [1.0, -1.0]
@@ -54,7 +54,8 @@ class Panel:
         parts.append(self._key(height, scale))
         view = f"0 0 {number(_WIDTH)} {number(_TOP + height + _BOTTOM)}"
         return (
-            f'<div class="panel"><div class="scroll" tabindex="0" role="img" aria-labelledby="{self._name(image)}">'
+            f'<div class="panel">{self._title(image, rows, len(drawn))}'
+            f'<div class="scroll" tabindex="0" role="img" aria-labelledby="{self._name(image)}">'
             f'<svg class="map" viewBox="{view}">{"".join(parts)}</svg></div></div>'
         )
 
@@ -79,10 +80,7 @@ class Panel:
         count = f"{len(rows)} points" if drawn == len(rows) else f"{drawn} of {len(rows)} points"
         out = int(self._points.out[rows].sum())
         text = f"{count}, rms {1e3 * self._points.rms_mm(image):.2f} µm" + (f", {out} out" if out else "")
-        return (
-            f'<text id="{self._name(image)}" x="1" y="15"><tspan font-weight="600">{one_line(image, 20)}</tspan> '
-            f'<tspan class="soft" dx="6">{text}</tspan></text>'
-        )
+        return f'<p id="{self._name(image)}"><strong>{one_line(image, 40)}</strong> {text}</p>'
 
     def _frame(self, height: float, half: FloatArray, scale: float, camera: dict[str, Any]) -> str:
         x0, y0 = camera["principal_point_mm"]
