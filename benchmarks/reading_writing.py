@@ -89,7 +89,7 @@ def writing(loaded: LoadedProject, result: AdjustmentResult, repeats: int) -> No
         shown("adjusted.yaml", lambda: adjusted_project(loaded, result, folder))
         path = folder / "dispersion.npz"
         shown("dispersion.npz", lambda: write_dispersion(path, dispersion_arrays(result, full=False)))
-        data = Written(content, tables)
+        data = Written(content, tables, {})
         shown("report.txt", lambda: write_reports(folder, ResultData.of(data), ["text"]))
         print(f"{'all':25s} {total:7.3f} s")
         (residuals,) = (table for table in tables if table.name == "residuals")

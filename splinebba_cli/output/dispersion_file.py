@@ -87,3 +87,11 @@ def write_dispersion(path: Path, arrays: dict[str, NDArray[Any]]) -> None:
                 np.lib.format.write_array(
                     stream, np.ascontiguousarray(array), version=(1, 0), allow_pickle=False
                 )
+
+
+def read_dispersion(path: Path) -> dict[str, NDArray[Any]]:
+    """The arrays of the file by name; none where there is no file."""
+    if not path.exists():
+        return {}
+    with np.load(path, allow_pickle=False) as archive:
+        return {name: archive[name] for name in archive.files}

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from numpy.typing import NDArray
+
 from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.output.atomic import ReservedDirectory, reserve_directory
 from splinebba_cli.output.columns import Table, TableFormat, write_table
@@ -49,6 +51,7 @@ class Written:
 
     content: dict[str, Any]  # of result.json
     tables: tuple[Table, ...]
+    dispersion: Mapping[str, NDArray[Any]]  # of dispersion.npz; empty where it is not wanted
 
 
 @contextmanager
@@ -110,14 +113,15 @@ def write_result_folder(
     """
     with place.replaced() as folder:
         origin = provenance(loaded, timings if timings is not None else result.timings, options)
-        written = Written(result_to_dict(result, origin), all_tables(result))
+        arrays = {} if dispersion == "none" else dispersion_arrays(result, full=dispersion == "full")
+        written = Written(result_to_dict(result, origin), all_tables(result), arrays)
         _write(folder / "result.json", result_json_text(written.content))
         for table in written.tables:
             write_table(folder, table, tables)
         for name, text in adjusted_files.items():
             _write(_inside(folder, name), text)
-        if dispersion != "none":
-            write_dispersion(folder / "dispersion.npz", dispersion_arrays(result, full=dispersion == "full"))
+        if arrays:
+            write_dispersion(folder / "dispersion.npz", arrays)
         if reports is not None:
             reports(folder, written)
         _keep_foreign_files(place.final, folder, set(adjusted_files))

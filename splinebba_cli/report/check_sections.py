@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from splinebba_cli.report.blocks import Block, Cell, Column, Fact, Facts, Note, Section, Table, Tone
+from splinebba_cli.report.figure_blocks import check_point_blocks, check_spline_blocks
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.scale import length_scale
 
@@ -51,9 +52,11 @@ def checks_section(data: ResultData) -> Section:
     checks = data["checks"]
     blocks: list[Block] = []
     if checks["points"]:
+        blocks += check_point_blocks(checks)
         blocks += _points(checks)
     if checks["splines"]:
         blocks += _splines(checks["splines"])
+        blocks += check_spline_blocks(checks["splines"])
     return Section("checks", "Checks", tuple(blocks))
 
 

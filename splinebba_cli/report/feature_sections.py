@@ -6,13 +6,12 @@ from bisect import bisect_right
 from itertools import accumulate
 from typing import Any
 
-from splinebba_cli.report.blocks import Block, Cell, Column, FigureBlock, LazyRows, Note, Section, Table
+from splinebba_cli.report.blocks import Block, Cell, Column, LazyRows, Note, Section, Table
+from splinebba_cli.report.figure_blocks import spline_blocks
 from splinebba_cli.report.orientation_section import subjects_with_problems
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.scale import length_scale, position_decimals
 from splinebba_cli.report.shape_tables import shape_tables
-
-SPLINE_FIGURES = 40
 
 
 def splines_section(data: ResultData) -> Section:
@@ -28,15 +27,7 @@ def splines_section(data: ResultData) -> Section:
             "(datum-dependent) and says nothing about the precision of the curve."
         ),
     ]
-    for spline in splines[:SPLINE_FIGURES]:
-        name = f"Spline {spline['id']} ({spline['role']})"
-        caption = f"{name}: plan and profile with knots; the band is ± σ across, enlarged as written."
-        alt = f"Plan and profile of spline {spline['id']}"
-        blocks.append(FigureBlock("spline", caption, alt, subject=spline["id"]))
-    if len(splines) > SPLINE_FIGURES:
-        blocks.append(
-            Note(f"Figures of the first {SPLINE_FIGURES} splines; {len(splines)} are in the tables.")
-        )
+    blocks += spline_blocks(data)
     blocks += shape_tables(splines)
     blocks.append(_knots_table(splines))
     if "segments_table" in data.content:

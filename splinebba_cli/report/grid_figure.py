@@ -9,6 +9,7 @@ import numpy as np
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.report.canvas import GRID, INK, MUTED, STATION, WARN, svg_of
 from splinebba_cli.report.result_data import ResultData
+from splinebba_cli.report.scale import grouped
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -45,7 +46,7 @@ def residual_grid(data: ResultData, camera: str) -> str:
         axes.set_aspect("equal")
         axes.set_xlabel("x [mm]")
         axes.set_ylabel("y [mm]")
-        axes.set_title(f"enlarged {scale:,.0f} times, longest {1e3 * largest:.2g} µm")
+        axes.set_title(f"enlarged {grouped(scale)} times, longest {1e3 * largest:.2g} µm")
 
     ratio = float((y_edges[-1] - y_edges[0]) / (x_edges[-1] - x_edges[0]))
     return svg_of(draw, (7.6, 0.6 + min(6.4 * ratio, 4.6)), f"residual_grid_{camera}")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from splinebba_cli.report.blocks import Block, Cell, Column, FigureBlock, Note, Section, Table
+from splinebba_cli.report.blocks import Block, Cell, Column, Note, Section, Table
+from splinebba_cli.report.residual_figure_blocks import residual_grid_blocks, variance_blocks
 from splinebba_cli.report.result_data import ResultData
 
 _SHOWN = 30  # groups, the most suspicious first
@@ -61,7 +62,7 @@ def variance_section(data: ResultData) -> Section:
     return Section(
         "variance-components",
         "Variance components",
-        (Table("Groups", columns, tuple(rows), marked, note=note),),
+        (*variance_blocks(components), Table("Groups", columns, tuple(rows), marked, note=note)),
     )
 
 
@@ -170,13 +171,7 @@ def systematic_section(data: ResultData) -> Section:
         note,
     )
     blocks.append(table)
-    for grid in found["grids"]:
-        caption = (
-            f"Mean residuals (adjusted − measured) of all images of camera {grid['camera']}, cell by cell of the image "
-            "format, enlarged; the ellipse is three σ of a mean, red arrows leave it. Empty: too few residuals."
-        )
-        alt = f"Mean residual vectors over the image format of camera {grid['camera']}"
-        blocks.append(FigureBlock("residual_grid", caption, alt, grid["camera"]))
+    blocks += residual_grid_blocks(found["grids"])
     if not effects:
         blocks.append(Note("No effect could be tested."))
     return Section("systematic", "Systematic effects", tuple(blocks))

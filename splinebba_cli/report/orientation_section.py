@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from splinebba_cli.report.blocks import Block, Cell, Column, Note, Section, Table
+from splinebba_cli.report.figure_blocks import correlation_blocks
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.scale import angle_scale, length_scale, position_decimals
 
@@ -33,6 +34,7 @@ def orientation_section(data: ResultData) -> Section:
     text = "; ".join(f"{sequence}: {formulas.get(sequence, '')}" for sequence in sequences)
     blocks.append(Note(f"Rotation {text}; R turns photo axes into object axes."))
     blocks.append(_correlations(data))
+    blocks += correlation_blocks(data)
     return Section("orientation", "Exterior orientation", tuple(blocks))
 
 

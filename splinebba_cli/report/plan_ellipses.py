@@ -1,4 +1,9 @@
-"""Standard ellipses in the block plan, enlarged by a round factor that the legend names."""
+"""Standard ellipses in a view of the block, enlarged by a round factor that the legend names.
+
+The ellipsoid with the semi-axes a_k along e_k gives C = Σ a_k² e_k e_kᵀ; the ellipse of a parallel projection P has
+
+    P C Pᵀ = Q diag(λ₁, λ₂) Qᵀ,   semi-axes √λ along the columns of Q
+"""
 
 from __future__ import annotations
 
@@ -7,9 +12,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from splinebba_cli.core.network import FloatArray
+from splinebba_cli.output.read_table import ReadTable
 from splinebba_cli.report.canvas import INK
-from splinebba_cli.report.result_data import ResultData
-from splinebba_cli.report.scale import round_length
+from splinebba_cli.report.object_view import ObjectView
+from splinebba_cli.report.scale import grouped, length_scale, round_length
+from splinebba_cli.report.svg_text import Tips
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,47 +25,53 @@ _DRAWN = 400
 _SHARE = 0.03  # of the extent, for the semi-major axis at the 90th percentile
 
 
-def draw_ellipses(axes: Axes, data: ResultData, extent: FloatArray) -> None:
+def draw_ellipses(axes: Axes, view: ObjectView, extent: FloatArray, tips: Tips) -> None:
     """Ellipses of stations and points; of very many positions those that are evenly spread over the list."""
-    table = data.ellipses
-    if not table.rows:
-        return
-    major, minor = table.numbers("semi_major_m"), table.numbers("semi_minor_m")
-    azimuth = np.radians(table.numbers("azimuth_deg"))
-    place = _places(data)
-    keys = list(zip(table["kind"], table["id"], strict=True))
-    kept = [row for row, key in enumerate(keys) if key in place and major[row] > 0.0]
-    kept = kept[:: 1 + len(kept) // _DRAWN]
-    if not kept:
-        return
-    factor = round_length(
-        _SHARE * float((extent[1] - extent[0]).max()) / float(np.percentile(major[kept], 90))
-    )
-    phi = np.linspace(0.0, 2.0 * np.pi, 41)
-    along = np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)
-    across = np.stack([along[:, 1], -along[:, 0]], axis=1)
-    lines = [
-        place[keys[row]]
-        + factor * major[row] * np.cos(phi)[:, None] * along[row]
-        + factor * minor[row] * np.sin(phi)[:, None] * across[row]
-        for row in kept
-    ]
-    _draw(axes, lines, factor)
-
-
-def _draw(axes: Axes, lines: list[FloatArray], factor: float) -> None:
     from matplotlib.collections import LineCollection
 
-    name = f"standard ellipse × {factor:,.0f}" if factor >= 1.0 else f"standard ellipse × {factor:g}"
-    axes.add_collection(
-        LineCollection(lines, colors=INK, linewidths=0.7, alpha=0.8, label=name.replace(",", " "))
-    )
+    table = view.data.ellipses
+    if not table.rows:
+        return
+    semi_axes, directions = projected_ellipses(table, view.axes)
+    place = _places(view)
+    keys = list(zip(table["kind"], table["id"], strict=True))
+    kept = [row for row, key in enumerate(keys) if key in place and semi_axes[row, 0] > 0.0]
+    step = 1 + len(kept) // _DRAWN
+    kept = kept[::step]
+    if not kept:
+        return
+    size = float((extent[1] - extent[0]).max())
+    factor = round_length(_SHARE * size / float(np.percentile(semi_axes[kept, 0], 90)))
+    phi = np.linspace(0.0, 2.0 * np.pi, 33)
+    circle = np.stack([np.cos(phi), np.sin(phi)])
+    lines = [
+        place[keys[row]] + factor * (directions[row] @ (semi_axes[row][:, None] * circle)).T for row in kept
+    ]
+    name = f"standard ellipse × {grouped(factor)}" + (f" (1 of {step})" if step > 1 else "")
+    drawn = LineCollection(lines, colors=INK, linewidths=0.7, alpha=0.8, label=name)
+    tips.on(drawn, [_tip(keys[row], semi_axes[row]) for row in kept])
+    axes.add_collection(drawn)
 
 
-def _places(data: ResultData) -> dict[tuple[str, str], FloatArray]:
-    """Horizontal positions of images and points by kind and id."""
-    return {
-        (kind, item["id"]): np.array([item["x"], item["y"]], dtype=float)
-        for kind in ("image", "point")
-        for item in data[f"{kind}s"]
-    }
+def projected_ellipses(table: ReadTable, axes: list[int]) -> tuple[FloatArray, FloatArray]:
+    """Semi-axes (n, 2), the larger first, and their directions in the plane as columns (n, 2, 2)."""
+    covariance = np.zeros((table.rows, 2, 2))
+    for k in (1, 2, 3):
+        axis = np.stack([table.numbers(f"ellipsoid_{k}_{name}") for name in "xyz"], axis=1)[:, axes]
+        scaled = np.nan_to_num(table.numbers(f"ellipsoid_{k}_m")[:, None] * axis)
+        covariance += scaled[:, :, None] * scaled[:, None, :]
+    values, vectors = np.linalg.eigh(covariance)
+    return np.sqrt(np.maximum(values[:, ::-1], 0.0)), vectors[:, :, ::-1]
+
+
+def _tip(key: tuple[str, str], semi_axes: FloatArray) -> str:
+    scale = length_scale(semi_axes.tolist())
+    return f"{key[0]} {key[1]}: standard ellipse\n{scale.text(semi_axes[0])} × {scale.text(semi_axes[1])}"
+
+
+def _places(view: ObjectView) -> dict[tuple[str, str], FloatArray]:
+    """Positions of images and points in the plane by kind and id."""
+    found: dict[tuple[str, str], FloatArray] = {}
+    for kind, xy in (("image", view.stations), ("point", view.points(view.data["points"]))):
+        found |= {(kind, item["id"]): xy[i] for i, item in enumerate(view.data[f"{kind}s"])}
+    return found

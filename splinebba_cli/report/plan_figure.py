@@ -1,183 +1,163 @@
-"""The block from above: stations, footprints, splines by role, points, scale."""
+"""The block from above or from the side: stations, footprints, splines by role, points, ellipses, scale."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from splinebba_cli.core.camera.rotation import rotation_object_from_photo
 from splinebba_cli.core.network import FloatArray
-from splinebba_cli.report.canvas import INK, MUTED, ROLE_COLOURS, STATION, svg_of
+from splinebba_cli.report.canvas import ROLE_COLOURS, STATION, svg_of
+from splinebba_cli.report.footprints import footprints
+from splinebba_cli.report.object_view import (
+    ObjectView,
+    looks_down,
+    needs_side_view,
+    plan_view,
+    side_view,
+    stations,
+)
 from splinebba_cli.report.plan_ellipses import draw_ellipses
+from splinebba_cli.report.plan_frame import Labels, finish
+from splinebba_cli.report.plan_tips import point_tip, spline_tip, station_tip
 from splinebba_cli.report.result_data import ResultData
-from splinebba_cli.report.scale import round_length
+from splinebba_cli.report.svg_text import Tips
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _LABELLED_IMAGES, _LABELLED_SPLINES, _DRAWN_POINTS = 60, 40, 3000
+_VERTICES = 4000  # of all splines of a role together
 _MARKERS = {"control": "^", "partial": "v", "tie": "o", "check": "s"}
+_MAP = 20.0  # m between stations
+_AXIS = 0.06  # length of a viewing direction, of the extent
 
 
 def block_plan(data: ResultData) -> str:
     """SVG of the plan; X to the right, Y up, metres."""
-    stations = np.array([[image[axis] for axis in "xyz"] for image in data["images"]], dtype=float).reshape(
-        -1, 3
-    )
-    footprints = _footprints(data, stations)
-    extent = _extent(data, stations, footprints)
+    return _drawn(plan_view(data), footprints(data), north_or_y(data))
+
+
+def block_elevation(data: ResultData) -> str:
+    """SVG of the block from the side, Z up; empty where the plan says enough."""
+    return "" if not needs_side_view(data) else _drawn(side_view(data), {}, "Z")
+
+
+def north_or_y(data: ResultData) -> str:
+    """What the arrow of a plan says: north where the block can be a map."""
+    centres = stations(data)
+    wide = len(centres) > 0 and float(np.ptp(centres[:, :2], axis=0).max()) > _MAP
+    return "N" if wide and looks_down(data) else "Y"
+
+
+def _drawn(view: ObjectView, covered: dict[str, FloatArray], upwards: str) -> str:
+    extent = view.extent(list(covered.values()))
     width, height = extent[1] - extent[0]
-    size = (7.6, float(np.clip(6.6 * height / max(width, 1e-9) + 0.9, 3.2, 6.0)))
+    size = (7.6, float(np.clip(6.6 * height / max(width, 1e-9) + 0.9, 3.2, 6.4)))
+    tips = Tips()
 
     def draw(figure: Figure) -> None:
         axes = figure.add_subplot()
         axes.set_aspect("equal", adjustable="datalim")
-        _draw_footprints(axes, footprints)
-        _draw_splines(axes, data)
-        _draw_points(axes, data)
-        _draw_stations(axes, data, stations)
-        draw_ellipses(axes, data, extent)
-        _finish(axes, extent)
+        _draw_footprints(axes, covered, tips)
+        labels = Labels(axes, extent)
+        _draw_splines(axes, view, tips)
+        _draw_points(axes, view, tips)
+        _draw_directions(axes, view, covered, extent)
+        draw_ellipses(axes, view, extent, tips)
+        _draw_stations(axes, view, tips, labels)
+        _label_splines(view, labels)
+        finish(axes, view.name, extent, upwards)
+        figure.legend(loc="outside lower center", ncols=4, fontsize=8)
 
-    return svg_of(draw, size, "block_plan")
-
-
-def _ground_height(data: ResultData, stations: FloatArray) -> float:
-    heights = [point["z"] for point in data["points"]]
-    heights += [knot[2] for spline in data["splines"] for knot in spline["knots"]]
-    finite = [height for height in heights if height is not None]
-    return float(np.median(finite)) if finite else float(np.min(stations[:, 2], initial=0.0))
+    return svg_of(draw, size, f"block {view.name}", tips=tips, kind="map")
 
 
-def _footprints(data: ResultData, stations: FloatArray) -> list[FloatArray]:
-    """Corners of the image formats on the mean height of the object; images that look aside have none."""
-    cameras = {camera["id"]: camera for camera in data["cameras"]}
-    ground = _ground_height(data, stations)
-    out = []
-    for image, station in zip(data["images"], stations, strict=True):
-        camera = cameras[image["camera"]]
-        if camera["format_mm"] is None:
-            continue
-        half = 0.5 * np.array(camera["format_mm"])
-        xy = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half - camera["principal_point_mm"]
-        rays = np.column_stack([xy, np.full(4, -camera["principal_distance_mm"])]) @ _rotation(image).T
-        if np.all(rays[:, 2] < -0.2 * np.linalg.norm(rays, axis=1)) and station[2] > ground:
-            out.append(station[:2] + rays[:, :2] * ((ground - station[2]) / rays[:, 2])[:, None])
-    return out
-
-
-def _rotation(image: dict[str, Any]) -> FloatArray:
-    angles = np.radians([image[key] for key in ("omega", "phi", "kappa")])
-    return rotation_object_from_photo(angles, image["rotation_sequence"])
-
-
-def _extent(data: ResultData, stations: FloatArray, footprints: list[FloatArray]) -> FloatArray:
-    """Lower left and upper right corner of everything, (2, 2)."""
-    parts = [stations[:, :2], *footprints]
-    parts.append(_xy([[point["x"], point["y"]] for point in data["points"]]))
-    parts += [_xy([knot[:2] for knot in spline["knots"]]) for spline in data["splines"]]
-    every = np.concatenate([part for part in parts if len(part)] or [np.zeros((1, 2))])
-    every = every[np.isfinite(every).all(axis=1)]
-    if not len(every):
-        every = np.zeros((1, 2))
-    return np.array([every.min(axis=0), np.maximum(every.max(axis=0), every.min(axis=0) + 1e-6)])
-
-
-def _xy(rows: list[list[float | None]]) -> FloatArray:
-    return np.array(rows, dtype=float).reshape(-1, 2)
-
-
-def _draw_footprints(axes: Axes, footprints: list[FloatArray]) -> None:
+def _draw_footprints(axes: Axes, covered: dict[str, FloatArray], tips: Tips) -> None:
     from matplotlib.collections import PolyCollection
 
-    fill = max(0.06 * min(1.0, 30 / max(len(footprints), 1)), 0.008)  # many lie on top of each other
-    axes.add_collection(PolyCollection(footprints, facecolors=STATION, alpha=fill, linewidths=0))
-    axes.add_collection(
-        PolyCollection(footprints, facecolors="none", edgecolors=STATION, alpha=0.45, linewidths=0.6)
-    )
+    if not covered:
+        return
+    corners = list(covered.values())
+    fill = max(0.06 * min(1.0, 30 / len(covered)), 0.008)  # many lie on top of each other
+    axes.add_collection(PolyCollection(corners, facecolors=STATION, alpha=fill, linewidths=0))
+    edges = PolyCollection(corners, facecolors="none", edgecolors=STATION, alpha=0.45, linewidths=0.6)
+    tips.on(edges, [f"footprint of image {name}" for name in covered])
+    axes.add_collection(edges)
 
 
-def _draw_splines(axes: Axes, data: ResultData) -> None:
+def _draw_splines(axes: Axes, view: ObjectView, tips: Tips) -> None:
     from matplotlib.collections import LineCollection
 
-    samples = data.samples_by_spline
     for role, colour in ROLE_COLOURS.items():
-        splines = [spline for spline in data["splines"] if spline["role"] == role]
-        lines = [
-            samples[s["id"]].xyz[:, :2] if s["id"] in samples else _xy([knot[:2] for knot in s["knots"]])
-            for s in splines
-        ]
-        lines = [line for line in lines if len(line)]
-        if lines:
-            axes.add_collection(LineCollection(lines, colors=colour, linewidths=1.8, label=f"{role} spline"))
-    if len(data["splines"]) <= _LABELLED_SPLINES:
-        for spline in data["splines"]:
+        splines = [spline for spline in view.data["splines"] if spline["role"] == role]
+        drawn = [(spline, line) for spline in splines if len(line := view.polyline(spline)) > 1]
+        if not drawn:
+            continue
+        step = 1 + sum(len(line) for _, line in drawn) // _VERTICES
+        lines = [_thinned(line, step) for _, line in drawn]
+        collection = LineCollection(lines, colors=colour, linewidths=1.8, label=f"{role} spline")
+        tips.on(collection, [spline_tip(view.data, spline) for spline, _ in drawn])
+        axes.add_collection(collection)
+
+
+def _label_splines(view: ObjectView, labels: Labels) -> None:
+    if len(view.data["splines"]) <= _LABELLED_SPLINES:
+        for spline in view.data["splines"]:
             if spline["knots"]:
-                x, y = spline["knots"][len(spline["knots"]) // 2][:2]
-                _label(axes, spline["id"], x, y, ROLE_COLOURS[spline["role"]])
+                x, y = (spline["knots"][len(spline["knots"]) // 2][axis] for axis in view.axes)
+                labels.add(spline["id"], x, y, ROLE_COLOURS[spline["role"]])
 
 
-def _label(axes: Axes, text: str, x: float, y: float, colour: str) -> None:
-    axes.annotate(
-        text,
-        (x, y),
-        xytext=(4, 4),
-        textcoords="offset points",
-        fontsize=7,
-        color=colour,
-        clip_on=True,
-    )
+def _thinned(line: FloatArray, step: int) -> FloatArray:
+    """Every `step`-th vertex and the last one."""
+    return line if step == 1 else np.concatenate([line[:-1:step], line[-1:]])
 
 
-def _draw_points(axes: Axes, data: ResultData) -> None:
-    step = 1 + len(data["points"]) // _DRAWN_POINTS
+def _draw_points(axes: Axes, view: ObjectView, tips: Tips) -> None:
+    step = 1 + len(view.data["points"]) // _DRAWN_POINTS
     for role, marker in _MARKERS.items():
-        points = [point for point in data["points"] if point["role"] == role]
+        points = [point for point in view.data["points"] if point["role"] == role]
         drawn = points[::step] if role == "tie" else points
+        xy = view.points(drawn)
+        known = np.flatnonzero(np.isfinite(xy).all(axis=1))
+        drawn, xy = [drawn[k] for k in known], xy[known]
         if drawn:
-            xy = _xy([[point["x"], point["y"]] for point in drawn])
             name = f"{role} point" + (f" (1 of {step})" if step > 1 and role == "tie" else "")
             size = (3.0 if role == "tie" else 5.0) * max(0.4, min(1.0, (200 / len(drawn)) ** 0.5))
-            axes.plot(
+            (marks,) = axes.plot(
                 xy[:, 0], xy[:, 1], marker, color=ROLE_COLOURS[role], markersize=size, label=name, mew=0
             )
+            tips.on(marks, [point_tip(point) for point in drawn])
 
 
-def _draw_stations(axes: Axes, data: ResultData, stations: FloatArray) -> None:
-    axes.plot(
-        stations[:, 0], stations[:, 1], "+", color=STATION, markersize=7, mew=1.4, label="camera station"
+def _draw_directions(
+    axes: Axes, view: ObjectView, covered: dict[str, FloatArray], extent: FloatArray
+) -> None:
+    """Where images without a footprint look."""
+    from matplotlib.collections import LineCollection
+
+    aside = [i for i, image in enumerate(view.data["images"]) if image["id"] not in covered]
+    if not aside or len(aside) > _DRAWN_POINTS:
+        return
+    start = view.stations[aside]
+    ends = start + _AXIS * float((extent[1] - extent[0]).max()) * view.directions[aside]
+    lines = np.stack([start, ends], axis=1)
+    axes.add_collection(
+        LineCollection(list(lines), colors=STATION, linewidths=0.9, alpha=0.7, label="viewing direction")
     )
-    if len(stations) <= _LABELLED_IMAGES:
-        for image, station in zip(data["images"], stations, strict=True):
-            _label(axes, image["id"], station[0], station[1], STATION)
 
 
-def _finish(axes: Axes, extent: FloatArray) -> None:
-    span = extent[1] - extent[0]
-    margin = 0.05 * float(span.max())
-    axes.update_datalim([extent[0] - [margin, 2 * margin], extent[1] + margin])
-    axes.autoscale_view()
-    axes.set_xlabel("X [m]")
-    axes.set_ylabel("Y [m]")
-    axes.locator_params(nbins=6)
-    if span.max() > 20:
-        axes.xaxis.set_major_formatter("{x:.0f}")
-        axes.yaxis.set_major_formatter("{x:.0f}")
-    length = round_length(0.2 * float(span.max()))
-    x, y = extent[0, 0] - 0.4 * margin, extent[0, 1] - 1.2 * margin
-    axes.plot([x, x + length], [y, y], color=INK, linewidth=2.2, solid_capstyle="butt")
-    axes.annotate(
-        f"{length:g} m", (x + 0.5 * length, y), xytext=(0, 4), textcoords="offset points", ha="center"
+def _draw_stations(axes: Axes, view: ObjectView, tips: Tips, labels: Labels) -> None:
+    xy, images = view.stations, view.data["images"]
+    if not len(xy):
+        return
+    size = 7.0 * max(0.4, min(1.0, (150 / len(xy)) ** 0.5))
+    (marks,) = axes.plot(
+        xy[:, 0], xy[:, 1], "+", color=STATION, markersize=size, mew=0.2 * size, label="camera station"
     )
-    axes.annotate(
-        "Y",
-        xy=(0.985, 0.99),
-        xytext=(0.985, 0.88),
-        xycoords="axes fraction",
-        ha="center",
-        va="top",
-        arrowprops={"arrowstyle": "-|>", "color": MUTED, "lw": 1.2},
-    )
-    axes.figure.legend(loc="outside lower center", ncols=4, fontsize=8)
+    tips.on(marks, [station_tip(image) for image in images])
+    if len(xy) <= _LABELLED_IMAGES:
+        for image, place in zip(images, xy, strict=True):
+            labels.add(image["id"], place[0], place[1], STATION)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from splinebba_cli.report.blocks import Block, Cell, Column, Fact, Facts, Note, Section, Table
+from splinebba_cli.report.residual_figure_blocks import reliability_blocks
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.scale import angle_scale, length_scale
 
@@ -37,6 +38,7 @@ def reliability_section(data: ResultData) -> Section:
         Fact("Power 1 − β", f"{tests['power']:g}", f"noncentrality δ₀ = {tests['noncentrality']:.2f}"),
     )
     blocks: list[Block] = [Facts(items), _kinds(tests)]
+    blocks += reliability_blocks(data)
     if tests["influences"]:
         blocks += [_influences(tests["influences"]), Note(_EXPLANATION)]
     return Section("reliability", "Tests and reliability of single observations", tuple(blocks))

@@ -12,12 +12,12 @@ from splinebba_cli.report.blocks import (
     Column,
     Fact,
     Facts,
-    FigureBlock,
     LazyRows,
     Note,
     Section,
     Table,
 )
+from splinebba_cli.report.residual_figure_blocks import histogram_blocks, image_residual_blocks
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.scale import angle_scale, length_scale
 
@@ -33,18 +33,8 @@ def residuals_section(data: ResultData) -> Section:
     blocks: list[Block] = [_groups_table(residuals)]
     if residuals.get("linked"):
         blocks.append(_linked_table(residuals["linked"]))
-    if data.residuals.rows:
-        histogram = (
-            "Standardized residuals w = v / (σ₀ √q_vv) against the standard normal distribution. "
-            "Points give two values each (x and y), image points on splines one (across)."
-        )
-        blocks.append(
-            FigureBlock("histogram", histogram, "Histogram of standardized residuals with the normal curve")
-        )
-    bars = (
-        "Root mean square of the residuals of every image: points per coordinate, splines across the curve."
-    )
-    blocks.append(FigureBlock("image_residuals", bars, "Root mean square residual of every image as bars"))
+    blocks += histogram_blocks(data)
+    blocks += image_residual_blocks(data)
     blocks.append(_images_table(residuals))
     if data.residuals.rows and data.content.get("tests"):
         blocks += _worst(data)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from splinebba_cli.report.blocks import Block, Cell, Column, Fact, Facts, FigureBlock, Section, Table
+from splinebba_cli.report.blocks import Block, Cell, Column, Fact, Facts, Section, Table
+from splinebba_cli.report.residual_figure_blocks import convergence_blocks
 from splinebba_cli.report.result_data import ResultData
 
 
@@ -24,10 +25,7 @@ def convergence_section(data: ResultData) -> Section:
     )
     blocks: list[Block] = [facts]
     if log:
-        caption = (
-            "v′Pv and the largest step, in units of the predicted σ, of every iteration; logarithmic scales."
-        )
-        blocks.append(FigureBlock("convergence", caption, "Cost and largest step of every iteration"))
+        blocks += convergence_blocks(log)
         columns = (
             Column("Stage", numeric=False),
             Column("Iteration"),

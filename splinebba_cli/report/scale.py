@@ -77,3 +77,13 @@ def round_length(value: float) -> float:
     """The largest of 1, 2, 5 times a power of ten that is not larger than `value`."""
     power = 10.0 ** math.floor(math.log10(max(value, 1e-12)))
     return power * max(digit for digit in (1.0, 2.0, 5.0) if digit * power <= value * (1 + 1e-9))
+
+
+def grouped(factor: float) -> str:
+    """A factor with groups of three digits: ``20 000``; small ones as they are."""
+    return f"{factor:,.0f}".replace(",", "\u202f") if factor >= 1.0 else f"{factor:g}"
+
+
+def plural(count: int, noun: str) -> str:
+    """``1 image``, ``2 images``."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"

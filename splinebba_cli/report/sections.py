@@ -8,7 +8,6 @@ from splinebba_cli.report.blocks import (
     Block,
     Fact,
     Facts,
-    FigureBlock,
     Note,
     ProblemItem,
     ProblemList,
@@ -18,6 +17,7 @@ from splinebba_cli.report.blocks import (
 )
 from splinebba_cli.report.check_sections import acceptance_section, checks_section
 from splinebba_cli.report.feature_sections import points_section, splines_section
+from splinebba_cli.report.figure_blocks import plan_blocks
 from splinebba_cli.report.model_sections import groups_section, systematic_section, variance_section
 from splinebba_cli.report.orientation_section import cameras_section, orientation_section
 from splinebba_cli.report.outlier_section import outliers_section
@@ -27,6 +27,7 @@ from splinebba_cli.report.residual_sections import conditions_section, priors_se
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.run_sections import convergence_section, provenance_section
 from splinebba_cli.report.scale import length_scale
+from splinebba_cli.report.scale import plural as _plural
 
 _SEVERITIES = ("error", "warning", "info")
 
@@ -140,10 +141,6 @@ def _test_sentence(statistics: dict[str, Any], weights_reduced: bool) -> str:
         f"{value}: the residuals are smaller than the declared σ ({bounds}). "
         "The measurements are more precise than declared; state a smaller σ."
     )
-
-
-def _plural(count: int, noun: str) -> str:
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def key_facts(data: ResultData) -> Facts:
@@ -261,11 +258,4 @@ def _scaling_note(scaled: bool) -> str:
 
 def plan_section(data: ResultData) -> Section:
     """The block seen from above."""
-    caption = (
-        "Block seen along the Z axis: camera stations, footprints at the mean height of the object where the "
-        "image format is known, splines by role, points, standard ellipses enlarged as written. Y points up (grid "
-        "north in a map frame)."
-    )
-    counts = [_plural(len(data[name + "s"]), name) for name in ("image", "spline", "point")]
-    alt = f"Plan of {counts[0]}, {counts[1]} and {counts[2]}"
-    return Section("plan", "Block plan", (FigureBlock("block_plan", caption, alt),))
+    return Section("plan", "Block plan", tuple(plan_blocks(data)))

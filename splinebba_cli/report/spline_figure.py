@@ -39,7 +39,7 @@ def spline_figure(data: ResultData, spline_id: str) -> str:
         _draw_plan(plan, samples, spline, horizontal, sigma_plan)
         _draw_profile(profile, samples, spline, sigma_profile)
 
-    return svg_of(draw, (7.6, 2.9), f"spline {spline_id}", margins=(0.085, 0.16, 0.99, 0.91, 0.2))
+    return svg_of(draw, (7.6, 2.9), f"spline {spline_id}", margins=(0.085, 0.16, 0.98, 0.91, 0.24))
 
 
 def ring(samples: SplineSamples) -> SplineSamples:

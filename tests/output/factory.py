@@ -39,7 +39,10 @@ from splinebba_cli.core.result import (
     SegmentCoefficients,
     Statistics,
 )
-from splinebba_cli.output.result_folder import reserve_result_folder, write_result_folder
+from splinebba_cli.output.dispersion_file import dispersion_arrays
+from splinebba_cli.output.result_folder import Written, reserve_result_folder, write_result_folder
+from splinebba_cli.output.result_json import result_to_dict
+from splinebba_cli.output.tables import all_tables
 from splinebba_cli.report.build import write_reports
 from splinebba_cli.report.result_data import ResultData
 
@@ -79,6 +82,12 @@ def write_results(
             ),
             **options,
         )
+
+
+def report_data(result: AdjustmentResult, *, full: bool = False) -> ResultData:
+    """What a report is made from, without a folder."""
+    arrays = dispersion_arrays(result, full=full)
+    return ResultData.of(Written(result_to_dict(result), all_tables(result), arrays))
 
 
 def _covariances(rng: np.random.Generator, sigma: np.ndarray, count: int) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from splinebba_cli.output.result_json import result_to_dict
-from splinebba_cli.report import plan_figure
+from splinebba_cli.report.footprints import footprints
 from splinebba_cli.report.plan_figure import block_plan
 from splinebba_cli.report.result_data import ResultData, SplineSamples
 from splinebba_cli.report.scale import round_length
@@ -47,8 +47,7 @@ def test_footprint_of_a_vertical_image() -> None:
     content["images"][0] |= {"omega": 0.0, "phi": 0.0, "kappa": 0.0, "x": 100.0, "y": 200.0, "z": 1532.0}
     content["cameras"][0]["principal_point_mm"] = [0.0, 0.0]
     content["points"], content["splines"] = [{"x": 0.0, "y": 0.0, "z": 0.0, "role": "tie", "id": "a"}], []
-    stations = np.array([[100.0, 200.0, 1532.0]])
-    (corners,) = plan_figure._footprints(ResultData(content), stations)
+    (corners,) = footprints(ResultData(content)).values()
     half = 115.0 * 1532.0 / 153.2
     np.testing.assert_allclose(corners.min(axis=0), [100 - half, 200 - half])
     np.testing.assert_allclose(corners.max(axis=0), [100 + half, 200 + half])
@@ -57,7 +56,7 @@ def test_footprint_of_a_vertical_image() -> None:
 def test_images_that_look_aside_have_no_footprint() -> None:
     content = result_to_dict(make_result(images=1))
     content["images"][0] |= {"omega": 90.0, "phi": 0.0, "kappa": 0.0}
-    assert plan_figure._footprints(ResultData(content), np.array([[0.0, 0.0, 1000.0]])) == []
+    assert footprints(ResultData(content)) == {}
 
 
 def test_same_data_same_drawing() -> None:

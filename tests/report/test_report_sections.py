@@ -11,7 +11,16 @@ import pytest
 from splinebba_cli.core.prior_residuals import PriorResiduals
 from splinebba_cli.core.result import AdjustmentResult, GlobalTest
 from splinebba_cli.output.result_json import result_to_dict
-from splinebba_cli.report.blocks import Column, Facts, Note, ProblemList, Report, Table, cell_text
+from splinebba_cli.report.blocks import (
+    Column,
+    Facts,
+    FigureBlock,
+    Note,
+    ProblemList,
+    Report,
+    Table,
+    cell_text,
+)
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.sections import build_report
 from tests.output.factory import make_result
@@ -113,11 +122,20 @@ def test_conditions_with_their_shares() -> None:
     assert [fact.value for fact in facts.items] == ["12", "3", "0.70 %", "1.30 %"]
 
 
-def test_many_splines_get_figures_for_the_first_only() -> None:
-    section = next(section for section in _report(splines=43).sections if section.id == "splines")
+def test_of_many_splines_the_least_precise_get_figures() -> None:
+    result = make_result(splines=43)
+    curves = list(result.curves)
+    curves[41] = replace(curves[41], sigma_across_max=9.0)
+    section = next(
+        section
+        for section in _report(replace(result, curves=tuple(curves))).sections
+        if section.id == "splines"
+    )
     texts = [block.text for block in section.blocks if isinstance(block, Note)]
-    assert any("first 40 splines" in text for text in texts)
-    assert sum(type(block).__name__ == "FigureBlock" for block in section.blocks) == 40
+    assert any("20 splines with the largest σ across of 43" in text for text in texts)
+    subjects = [block.subject for block in section.blocks if isinstance(block, FigureBlock)]
+    assert len(subjects) == 20
+    assert "kerb-42" in subjects
 
 
 def test_empty_sections_are_left_out() -> None:
