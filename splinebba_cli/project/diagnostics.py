@@ -8,11 +8,13 @@ from dataclasses import asdict, dataclass, replace
 from typing import Literal, overload
 
 from splinebba_cli.errors import ERROR_CODES, ProjectError
+from splinebba_cli.project.plain_text import brief, same_letters, shown
 
 Severity = Literal["error", "warning", "info"]
 
 #: So many diagnostics of one kind and table are spelt out; the rest is counted.
 SHOWN_PER_KIND = 20
+LONGEST_MESSAGE = 600
 
 
 @dataclass(frozen=True)
@@ -98,13 +100,13 @@ class Collector:
             Diagnostic(
                 code,
                 severity,
-                message,
-                help,
-                place.file,
+                shown(brief(message, LONGEST_MESSAGE)),
+                shown(help),
+                shown(place.file),
                 place.line,
                 place.column,
                 place.length,
-                place.snippet,
+                shown(place.snippet.replace("\t", " ")),
             )
         )
 
@@ -158,7 +160,11 @@ def suggestion(word: str, known: Iterable[str]) -> str:
     """A help line ``did you mean `x`?`` where a known word is near, else empty."""
     from difflib import get_close_matches
 
-    near = get_close_matches(word, list(known), n=1, cutoff=0.6)
+    known = list(known)
+    alike = next((one for one in known if same_letters(one, word)), None)
+    if alike is not None:
+        return f"`{alike}` looks the same but is written with other characters (Unicode forms of accents or blanks)"
+    near = get_close_matches(word, known, n=1, cutoff=0.6)
     return f"did you mean `{near[0]}`?" if near else ""
 
 
@@ -175,15 +181,18 @@ def render_text(diagnostics: Iterable[Diagnostic]) -> str:
 
 
 def _one_text(item: Diagnostic) -> str:
+    from rich.cells import cell_len
+
     lines = [f"{item.severity}[{item.code}]: {item.message}"]
     gutter = " " * len(str(item.line or ""))
     if item.file:
         lines.append(f"{gutter}--> {item.position}")
     if item.snippet and item.line is not None:
-        snippet, column, length = _window(item.snippet.replace("\t", " "), item.column or 1, item.length)
+        snippet, column, length = _window(item.snippet, item.column or 1, item.length)
+        before, marked = snippet[: column - 1], snippet[column - 1 : column - 1 + length]
         lines.append(f"{gutter} |")
         lines.append(f"{item.line} | {snippet}".rstrip())
-        lines.append(f"{gutter} | {' ' * (column - 1)}{'^' * length}")
+        lines.append(f"{gutter} | {' ' * cell_len(before)}{'^' * max(1, cell_len(marked))}")
     if item.help:
         lines.append(f"{gutter} = help: {item.help}")
     return "\n".join(lines)

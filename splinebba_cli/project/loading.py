@@ -62,7 +62,7 @@ def load_project(path: Path | str, purpose: Purpose = "adjustment") -> LoadedPro
     if source is None or model is None:
         raise ProjectError(collector.finished())
     found = collector if as_written else Collector()
-    reader = TableReader(source, path.parent, found)
+    reader = TableReader(source, path.parent, found, model.project.table_folders)
     network = build_network(Building(model, source, reader, found, purpose))
     if not as_written:
         collector.take(found, HOLD_WHEN_MENDED)

@@ -26,6 +26,9 @@ _CODES = {
     "rows": "SBB206",
     "string_too_short": "SBB202",
     "sigma": "SBB309",
+    "bad_id": "SBB210",
+    "bad_path": "SBB210",
+    "too_large": "SBB205",
     "columns": "SBB402",
 }
 _RANGE = ("greater_than", "greater_than_equal", "less_than", "less_than_equal", "positive_pair")

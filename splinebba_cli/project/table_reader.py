@@ -3,27 +3,31 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from splinebba_cli.core.network import IntArray
 from splinebba_cli.project.diagnostics import Collector, Place, listing, suggestion
+from splinebba_cli.project.file_content import NoContentError, TooLargeError, file_content, names_in
 from splinebba_cli.project.model_tables import TableOptions, TableOrRows
+from splinebba_cli.project.parquet_table import table_from_parquet
 from splinebba_cli.project.regular_table import Shape, first_line, regular_columns
 from splinebba_cli.project.scalars import is_parquet
 from splinebba_cli.project.table import Table
+from splinebba_cli.project.table_cells import cells_of, separator_of
+from splinebba_cli.project.table_folders import folders_seen_from, lies_within
 from splinebba_cli.project.tables import (
     TableUnreadableError,
-    cells_of,
-    separator_of,
     table_from_columns,
-    table_from_parquet,
     table_from_rows,
     table_from_text,
 )
+from splinebba_cli.project.text_position import decoded, lines_of
 from splinebba_cli.project.yaml_source import YamlPath, YamlSource
 
 TEXTS = frozenset(
@@ -52,6 +56,7 @@ class TableReader:
     source: YamlSource
     folder: Path
     collector: Collector
+    folders: Sequence[str] = ()  # further ones in which tables may lie
     hashes: dict[str, str] = field(default_factory=dict)
     _contents: dict[str, bytes | None] = field(default_factory=dict)
     _tables: dict[str, Table | None] = field(default_factory=dict)
@@ -115,12 +120,12 @@ class TableReader:
         if isinstance(spec.columns, tuple):
             columns = self._declared(spec.columns, path, wanted)
         if is_parquet(name):
-            self._content(name, at)
+            content = self._content(name, at)
             if columns is not None:
                 help = "a Parquet table names its columns: give a mapping, or leave `columns` out"
                 self.collector.error("SBB402", "a list of columns for a Parquet table", at, help)
                 raise TableUnreadableError
-            return table_from_parquet(file, file=str(file), collector=self.collector, declared_at=at)
+            return table_from_parquet(content, file=str(file), collector=self.collector, declared_at=at)
         regular = self._regular(spec, name, columns, at, wanted)
         if regular is not None:
             return regular
@@ -290,11 +295,18 @@ class TableReader:
 
     def _content(self, name: str, at: Place) -> bytes:
         file = self.folder / name
+        if not lies_within(file, self.folder, self.folders):
+            folder = _folder_of(file, self.folder)
+            help = f"copy it beside the project, or declare `table_folders: [{folder}]` in `project`"
+            self.collector.error("SBB408", f"table `{name}` lies outside of the project's folder", at, help)
+            raise TableUnreadableError
         try:
-            content = file.read_bytes()
-        except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or str(error)
-            near = suggestion(file.name, _names_in(file.parent))
+            content = file_content(file)
+        except TooLargeError as reason:
+            self.collector.error("SBB409", f"table `{name}` is too large: {reason}", at, "split the block")
+            raise TableUnreadableError from None
+        except NoContentError as reason:
+            near = suggestion(file.name, names_in(file.parent))
             self.collector.error("SBB401", f"table `{name}` cannot be read: {reason}", at, near)
             raise TableUnreadableError from None
         self.hashes[name] = hashlib.sha256(content).hexdigest()
@@ -311,19 +323,20 @@ class TableReader:
         return content
 
     def _text(self, name: str, at: Place) -> str:
-        content = self._bytes(name, at)
-        try:
-            return content.decode()
-        except UnicodeDecodeError as error:
-            line = content[: error.start].count(b"\n") + 1
-            place = Place(str(self.folder / name), line)
-            self.collector.error("SBB103", f"`{name}` is not UTF-8", place, "save it as UTF-8")
+        content, file = self._bytes(name, at), str(self.folder / name)
+        text = decoded(content, file, partial(self.collector.error, "SBB103"))
+        if text is not None and "\0" in text:
+            lines = lines_of(text[: text.index("\0") + 1])
+            place = Place(file, len(lines), len(lines[-1]), 1, lines[-1])
+            help = "it is no text: a table is CSV, or Parquet with a name that ends in .parquet"
+            self.collector.error("SBB411", "a NUL character in the table", place, help)
+            text = None
+        if text is None:
             self._contents[name] = None
-            raise TableUnreadableError from None
+            raise TableUnreadableError
+        return text
 
 
-def _names_in(folder: Path) -> list[str]:
-    try:
-        return [item.name for item in folder.iterdir()]
-    except OSError:
-        return []
+def _folder_of(file: Path, folder: Path) -> str:
+    """The folder in which a file really lies, as a project names it."""
+    return folders_seen_from(folder, Path(os.path.realpath(file)).parent, ())[0]

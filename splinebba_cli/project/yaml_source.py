@@ -9,12 +9,21 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from splinebba_cli.project.diagnostics import Collector, Place
+from splinebba_cli.project.diagnostics import Collector, Place, suggestion
+from splinebba_cli.project.file_content import (
+    LARGEST_PROJECT_FILE,
+    NoContentError,
+    TooLargeError,
+    file_content,
+    names_in,
+)
+from splinebba_cli.project.text_position import decoded
 
 if TYPE_CHECKING:
     Loader = yaml.SafeLoader
@@ -24,7 +33,8 @@ else:
 YamlPath = tuple[str | int, ...]
 
 MAX_DEPTH = 64
-MAX_ALIASED_NODES = 10_000
+MAX_ALIASED = 100_000  # values that aliases may repeat; a long text counts as several
+_LONG_TEXT = 100  # characters
 _LINE_BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # YAML's
 _STANDARD_TAG = "tag:yaml.org,2002:"
 
@@ -85,17 +95,21 @@ def read_yaml(path: Path, collector: Collector, file: str | None = None) -> Yaml
     """Read and parse a YAML file; None where it cannot be parsed (the collector then holds an error)."""
     name = file if file is not None else str(path)
     try:
-        content = path.read_bytes()
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        collector.error("SBB101", f"`{name}` cannot be read: {reason}", Place(name))
+        content = file_content(path, LARGEST_PROJECT_FILE)
+    except TooLargeError as reason:
+        help = "move the data to side tables (`table: file.csv`), which may be as large as the memory"
+        collector.error("SBB109", f"`{name}` is no project file: {reason}", Place(name), help)
+        return None
+    except NoContentError as reason:
+        help = suggestion(path.name, names_in(path.parent))
+        collector.error("SBB101", f"`{name}` cannot be read: {reason}", Place(name), help)
         return None
     return parse_yaml(content, name, collector)
 
 
 def parse_yaml(content: bytes | str, file: str, collector: Collector) -> YamlSource | None:
     """Parse YAML text; None where it is no YAML (the collector then holds an error)."""
-    text = _decoded(content, file, collector) if isinstance(content, bytes) else content
+    text = content if isinstance(content, str) else decoded(content, file, partial(collector.error, "SBB103"))
     if text is None:
         return None
     source = YamlSource(file, _LINE_BREAK.split(text))
@@ -108,26 +122,6 @@ def parse_yaml(content: bytes | str, file: str, collector: Collector) -> YamlSou
         return None
     source.data = _Walker(source, collector).walk(root)
     return source
-
-
-def _decoded(content: bytes, file: str, collector: Collector) -> str | None:
-    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        help = "save it as UTF-8"
-        collector.error("SBB103", "the file is UTF-16, not UTF-8", Place(file, 1, 1), help)
-        return None
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        before = content[: error.start]
-        line = before.count(b"\n")
-        start = before.rfind(b"\n") + 1
-        column = len(before[start:].decode("utf-8", "replace"))
-        end = content.find(b"\n", error.start)
-        snippet = content[start : end if end >= 0 else None].decode("latin-1").rstrip("\r")
-        message = f"byte 0x{content[error.start]:02x} is not UTF-8"
-        help = "save the file as UTF-8 (it looks like Latin-1 or Windows-1252)"
-        collector.error("SBB103", message, Place(file, line + 1, column + 1, 1, snippet), help)
-        return None
 
 
 def _composed(text: str, source: YamlSource, collector: Collector) -> yaml.Node | None:
@@ -193,6 +187,7 @@ class _Walker:
         self.collector = collector
         self.active: set[int] = set()
         self.seen: set[int] = set()
+        self.repeating = 0  # depth within collections that were met before
         self.aliased = 0
         self.exhausted = False
 
@@ -202,6 +197,14 @@ class _Walker:
             return None
         if isinstance(node, yaml.ScalarNode):
             return self._scalar(node, path)
+        again = id(node) in self.seen
+        self.seen.add(id(node))
+        self.repeating += again
+        value = self._children(node, path)
+        self.repeating -= again
+        return value
+
+    def _children(self, node: yaml.Node, path: YamlPath) -> Any:
         self.active.add(id(node))
         if isinstance(node, yaml.SequenceNode):
             value: Any = [self.walk(child, (*path, i)) for i, child in enumerate(node.value)]
@@ -215,17 +218,22 @@ class _Walker:
         length = end.column - start.column if end.line == start.line else 1
         self.source.values[path] = _Span(start.line, start.column, max(1, length))
 
+    def _count(self, node: yaml.Node) -> None:
+        """Add up what aliases repeat."""
+        long = isinstance(node, yaml.ScalarNode) and len(node.value) > _LONG_TEXT
+        if self.repeating or id(node) in self.seen:
+            self.aliased += 1 + (len(node.value) // _LONG_TEXT if long else 0)
+        if long:
+            self.seen.add(id(node))
+
     def _refused(self, node: yaml.Node) -> bool:
         """Whether the node must not be entered: an alias cycle or bomb, or a tag."""
         place = self.source.at(node.start_mark.line, node.start_mark.column)
         if id(node) in self.active:
             self.collector.error("SBB105", "an alias that contains itself", place)
             return True
-        if id(node) in self.seen:
-            self.aliased += 1
-        elif not isinstance(node, yaml.ScalarNode):
-            self.seen.add(id(node))
-        if self.aliased > MAX_ALIASED_NODES:
+        self._count(node)
+        if self.aliased > MAX_ALIASED:
             if not self.exhausted:
                 help = "write the data out, or use a side table"
                 self.collector.error("SBB105", "aliases expand to too much", place, help)
