@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -28,6 +28,14 @@ class Building:
     reader: TableReader
     collector: Collector
     purpose: Purpose = "adjustment"
+    unread: set[str] = field(default_factory=set)  # kinds of features and of observations with an unreadable table
+    _said: set[str] = field(default_factory=set)
+
+    def first_time(self, key: str) -> bool:
+        """Whether something is to be said for the first time."""
+        new = key not in self._said
+        self._said.add(key)
+        return new
 
     def duplicate(self, kind: str, id: str, place: Place, first_line: int | None) -> None:
         """Report a second thing with the same id."""
@@ -48,7 +56,7 @@ class Building:
         labels = table.labels(column)
         index = np.array([known.get(name, -1) for name in labels.names], dtype=np.int64)
         found = index[labels.number] if len(index) else np.empty(0, dtype=np.int64)
-        if (found == -1).any():
+        if (found == -1).any() and kind not in self.unread:
             number = labels.number[found == -1]
             rows = np.flatnonzero(found == -1)
             for first in np.sort(np.unique(number, return_index=True)[1]).tolist():

@@ -127,8 +127,9 @@ class Collector:
         self._counts[(code, file, kind)] = self._counts.get((code, file, kind), 0) + number
 
     def take(self, other: Collector, codes: tuple[str, ...]) -> None:
-        """Take over those diagnostics of another collector whose codes begin with one of `codes`."""
-        self.items += [item for item in other.items if item.code.startswith(codes)]
+        """Take over those diagnostics of another collector whose codes begin with one of `codes`, at new places."""
+        known = {item.position for item in self.items if item.line is not None}
+        self.items += [i for i in other.items if i.code.startswith(codes) and i.position not in known]
         for (code, file, kind), count in other._counts.items():
             if code.startswith(codes):
                 self._counts[(code, file, kind)] = self._counts.get((code, file, kind), 0) + count

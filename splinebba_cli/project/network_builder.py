@@ -53,7 +53,7 @@ def build_network(building: Building) -> Network | None:
     check_images(images, building)
     points = read_points(building)
     curves = read_curves(building)
-    on_points = read_observations("point", building, images, points.index(), frames)
+    on_points = read_observations("point", building, images, points.declared(), frames)
     on_curves = read_observations("spline", building, images, _declared_splines(building, curves), frames)
     measured = bool(on_points.groups or on_curves.groups)
     if building.collector.has_errors and not (images.ids and measured):
@@ -134,6 +134,8 @@ def _features_taking_part(
 
 def _incomplete(building: Building) -> bool:
     """Whether tables, references or features are broken, so that counting who sees whom would mislead."""
+    if building.unread:
+        return True
     broken = ("SBB4", "SBB301", "SBB302", "SBB307", "SBB308", "SBB312", "SBB206")
     return any(d.severity == "error" and d.code.startswith(broken) for d in building.collector.items)
 

@@ -53,7 +53,8 @@ def validate(source: YamlSource, collector: Collector) -> tuple[Project | None, 
     except ValidationError as error:
         details = error.errors(include_url=False)
     for detail in details:
-        if not _is_misspelt(detail, details, source):
+        refused = source.resolve(detail["loc"]) in source.refused
+        if not refused and not _is_misspelt(detail, details, source):
             _add(detail, source, collector)
     return _mended(source, details), False
 

@@ -191,19 +191,7 @@ class TableReader:
             self.collector.error("SBB402", "rows in the project file need `columns`", at, help)
             raise TableUnreadableError
         if isinstance(spec.data, str):
-            first = self.source.blocks.get(data_path)
-            span = self.source.values.get(data_path)
-            return table_from_text(
-                spec.data,
-                file=self.source.file,
-                collector=self.collector,
-                columns=columns,
-                header=spec.header,
-                delimiter=spec.delimiter,
-                first_line=first if first is not None else span.line if span else 0,
-                source_lines=self.source.lines,
-                declared_at=at,
-            )
+            return self._inline_text(spec, spec.data, data_path, at, columns)
         return table_from_rows(
             spec.data or (),
             file=self.source.file,
@@ -213,6 +201,28 @@ class TableReader:
                 (*data_path, row) if cell is None else (*data_path, row, cell)
             ),
             declared_at=at,
+        )
+
+    def _inline_text(
+        self, spec: TableOrRows, data: str, data_path: YamlPath, at: Place, columns: tuple[str, ...] | None
+    ) -> Table:
+        """Rows of a text; only those of a literal block stand line by line in the file."""
+        if data_path in self.source.folded:
+            place = self.source.place(data_path)
+            self.collector.error("SBB203", "rows in a folded block: `>` joins lines", place, "write `|`")
+            raise TableUnreadableError
+        first = self.source.blocks.get(data_path)
+        return table_from_text(
+            data,
+            file=self.source.file,
+            collector=self.collector,
+            columns=columns,
+            header=spec.header,
+            delimiter=spec.delimiter,
+            first_line=first or 0,
+            source_lines=self.source.lines if first is not None else None,
+            declared_at=at,
+            whole=None if first is not None else self.source.place(data_path),
         )
 
     def _default_columns(self, spec: TableOrRows, default: Sequence[str]) -> tuple[str, ...]:
@@ -254,7 +264,7 @@ class TableReader:
 
     def _named(self, table: Table, spec: TableOrRows, path: YamlPath, at: Place, wanted: Wanted) -> Table:
         """The table with its columns under our names."""
-        ours = {}
+        ours, unused = {}, []
         if isinstance(spec.columns, dict):
             for name, theirs in spec.columns.items():
                 if theirs in table.columns:
@@ -270,10 +280,7 @@ class TableReader:
                 if name in wanted.known:
                     ours[name] = theirs
                 elif spec.columns is None:
-                    help = suggestion(theirs, wanted.known) or f"known: {listing(wanted.known, 20)}"
-                    self.collector.warning(
-                        "SBB402", f"column `{theirs}` of `{table.file}` is not used", at, help
-                    )
+                    unused.append(theirs)
         missing = [name for name in wanted.required if name not in ours]
         if missing:
             help = suggestion(missing[0], set(table.columns) - set(ours.values()))
@@ -282,6 +289,9 @@ class TableReader:
                 help += "; if its first row is no header, declare `columns: [...]`"
             self.collector.error("SBB402", f"`{table.file}` has no column {listing(missing)}", at, help)
             raise TableUnreadableError
+        for theirs in unused:
+            help = suggestion(theirs, wanted.known) or f"known: {listing(wanted.known, 20)}"
+            self.collector.warning("SBB402", f"column `{theirs}` of `{table.file}` is not used", at, help)
         place_of = table.place_of
         renamed = {name: table.columns[theirs] for name, theirs in ours.items()}
         return Table(

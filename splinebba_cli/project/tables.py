@@ -28,6 +28,7 @@ def table_from_text(
     first_line: int = 0,
     source_lines: Sequence[str] | None = None,
     declared_at: Place | None = None,
+    whole: Place | None = None,
 ) -> Table:
     """Read rows of text.
 
@@ -45,6 +46,8 @@ def table_from_text(
         Lines of the file for snippets; None: `text` is the file.
     declared_at : Place or None
         Where the project names the table.
+    whole : Place or None
+        Where the text as a whole stands, if its rows are no lines of the file.
     """
     lines = lines_of(text)
     content, numbers = _content_lines(text, lines)
@@ -61,11 +64,12 @@ def table_from_text(
         first_line,
         source_lines if source_lines is not None else lines,
         separator,
+        whole,
     )
     names = (
         list(columns) if columns is not None else [cell.strip() for cell in cells_of(content[0], separator)]
     )
-    top = _Positions(file, numbers, first_line, where.lines, separator)
+    top = replace(where, numbers=numbers)
     _check_names(names, top, collector)
     if not body:
         collector.error("SBB405", "the table has a header but no rows", head)
@@ -112,9 +116,12 @@ class _Positions:
     first_line: int
     lines: Sequence[str]  # of the file
     separator: str | None
+    whole: Place | None = None  # of rows that are no lines of the file
 
     def of(self, row: int, column: int | None) -> Place:
         """Place of a field, or of a whole row."""
+        if self.whole is not None:
+            return self.whole
         line = self.numbers[row] + self.first_line
         snippet = self.lines[line] if line < len(self.lines) else ""
         start, length = (0, len(snippet)) if column is None else field_span(snippet, self.separator, column)

@@ -24,6 +24,7 @@ from splinebba_cli.project.file_content import (
     names_in,
 )
 from splinebba_cli.project.text_position import decoded
+from splinebba_cli.project.yaml_errors import report_syntax_error
 
 if TYPE_CHECKING:
     Loader = yaml.SafeLoader
@@ -36,7 +37,10 @@ MAX_DEPTH = 64
 MAX_ALIASED = 100_000  # values that aliases may repeat; a long text counts as several
 _LONG_TEXT = 100  # characters
 _LINE_BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # YAML's
-_STANDARD_TAG = "tag:yaml.org,2002:"
+_TAGS = frozenset(
+    f"tag:yaml.org,2002:{kind}"
+    for kind in ("null", "bool", "int", "float", "str", "timestamp", "value", "merge", "seq", "map")
+)
 
 
 @dataclass(frozen=True)
@@ -55,7 +59,9 @@ class YamlSource:
     data: Any = None
     keys: dict[YamlPath, _Span] = field(default_factory=dict)
     values: dict[YamlPath, _Span] = field(default_factory=dict)
-    blocks: dict[YamlPath, int] = field(default_factory=dict)  # first line (from 0) of block scalars
+    blocks: dict[YamlPath, int] = field(default_factory=dict)  # first line (from 0) of literal block scalars
+    folded: set[YamlPath] = field(default_factory=set)  # folded block scalars
+    refused: set[YamlPath] = field(default_factory=set)  # values that are reported already, and None
 
     def place(self, path: YamlPath, *, key: bool = False) -> Place:
         """Where a value stands, or its key; a path that does not exist gives its nearest parent."""
@@ -71,6 +77,11 @@ class YamlSource:
         """Place of a line and column, both from 0."""
         text = self.lines[line] if line < len(self.lines) else ""
         return Place(self.file, line + 1, column + 1, max(1, length), text)
+
+    def within(self, position: tuple[int, int]) -> tuple[int, int]:
+        """A position, or, of one behind the text, the end of its last line."""
+        last = next((n for n in range(len(self.lines) - 1, -1, -1) if self.lines[n].strip()), 0)
+        return position if position[0] <= last else (last, len(self.lines[last].rstrip()))
 
     def at_mark(self, mark: Any, length: int = 1) -> Place:
         """Place of a mark of the parser."""
@@ -116,12 +127,13 @@ def parse_yaml(content: bytes | str, file: str, collector: Collector) -> YamlSou
     try:
         root = _composed(text, source, collector)
     except yaml.YAMLError as error:
-        _syntax_error(error, source, collector)
+        report_syntax_error(error, source, collector)
         return None
     if root is None:
         return None
-    source.data = _Walker(source, collector).walk(root)
-    return source
+    walker = _Walker(source, collector)
+    source.data = walker.walk(root)
+    return None if walker.exhausted else source
 
 
 def _composed(text: str, source: YamlSource, collector: Collector) -> yaml.Node | None:
@@ -148,44 +160,13 @@ def _composed(text: str, source: YamlSource, collector: Collector) -> yaml.Node 
     return node
 
 
-def _syntax_error(error: yaml.YAMLError, source: YamlSource, collector: Collector) -> None:
-    if isinstance(error, yaml.reader.ReaderError):
-        character: int | str = error.character
-        number = character if isinstance(character, int) else ord(character[:1] or "?")
-        message = f"character U+{number:04X} is not allowed in YAML"
-        line, column = _line_of_offset(source, error.position)
-        collector.error("SBB102", message, source.at(line, column))
-        return
-    mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
-    message = getattr(error, "problem", None) or str(error)
-    context = getattr(error, "context", None)
-    line, column = (mark.line, mark.column) if mark is not None else (0, 0)
-    help = ""
-    at_mark = source.lines[line][column : column + 1] if line < len(source.lines) else ""
-    if at_mark == "\t":
-        message, help = "a tab in the indentation", "indent with spaces"
-    elif context:
-        message = f"{message} ({context})"
-    if not help and ("mapping values are not allowed" in message or "could not find expected ':'" in message):
-        help = "put a text that contains `: ` in quotes, and a space after the `:` of a key"
-    collector.error("SBB102", message, source.at(line, column), help)
-
-
-def _line_of_offset(source: YamlSource, offset: int) -> tuple[int, int]:
-    for number, line in enumerate(source.lines):
-        if offset <= len(line):
-            return number, offset
-        offset -= len(line) + 1
-    return 0, 0
-
-
 class _Walker:
     """Turns nodes into plain data, recording positions."""
 
     def __init__(self, source: YamlSource, collector: Collector) -> None:
         self.source = source
         self.collector = collector
-        self.active: set[int] = set()
+        self.active: dict[int, YamlPath] = {}
         self.seen: set[int] = set()
         self.repeating = 0  # depth within collections that were met before
         self.aliased = 0
@@ -193,7 +174,8 @@ class _Walker:
 
     def walk(self, node: yaml.Node, path: YamlPath = ()) -> Any:
         self._record(node, path)
-        if self._refused(node):
+        if self._refused(node, path):
+            self.source.refused.add(path)
             return None
         if isinstance(node, yaml.ScalarNode):
             return self._scalar(node, path)
@@ -205,12 +187,12 @@ class _Walker:
         return value
 
     def _children(self, node: yaml.Node, path: YamlPath) -> Any:
-        self.active.add(id(node))
+        self.active[id(node)] = path
         if isinstance(node, yaml.SequenceNode):
             value: Any = [self.walk(child, (*path, i)) for i, child in enumerate(node.value)]
         else:
             value = self._mapping(node, path)
-        self.active.discard(id(node))
+        del self.active[id(node)]
         return value
 
     def _record(self, node: yaml.Node, path: YamlPath) -> None:
@@ -226,11 +208,14 @@ class _Walker:
         if long:
             self.seen.add(id(node))
 
-    def _refused(self, node: yaml.Node) -> bool:
+    def _refused(self, node: yaml.Node, path: YamlPath) -> bool:
         """Whether the node must not be entered: an alias cycle or bomb, or a tag."""
         place = self.source.at(node.start_mark.line, node.start_mark.column)
         if id(node) in self.active:
-            self.collector.error("SBB105", "an alias that contains itself", place)
+            whole = self.active[id(node)]
+            self.source.refused.add(whole)
+            help = "remove the alias `*…` from what its anchor `&…` names"
+            self.collector.error("SBB105", "an alias that contains itself", self.source.place(whole), help)
             return True
         self._count(node)
         if self.aliased > MAX_ALIASED:
@@ -240,17 +225,17 @@ class _Walker:
             self.exhausted = True
         if self.exhausted:
             return True
-        if not node.tag.startswith(_STANDARD_TAG) or node.tag.endswith(
-            (":binary", ":python", ":set", ":omap")
-        ):
-            message = f"the tag `{node.tag}` is not supported"
-            self.collector.error("SBB107", message, place, "remove the tag")
+        if node.tag not in _TAGS:
+            message = f"the tag `{node.tag.replace('tag:yaml.org,2002:', '!!')}` is not supported"
+            self.collector.error("SBB107", message, self.source.place(path), "remove the tag")
             return True
         return False
 
     def _scalar(self, node: yaml.ScalarNode, path: YamlPath) -> str | None:
-        if node.style in ("|", ">"):
+        if node.style == "|":
             self.source.blocks[path] = node.start_mark.line + 1
+        elif node.style == ">":
+            self.source.folded.add(path)
         if node.value == "" and not node.style:
             return None
         return str(node.value)
