@@ -19,6 +19,9 @@ Purpose = Literal["adjustment", "simulation"]
 """What a project is read for: one to be simulated may lack the observations that `simulate` places itself."""
 
 
+FEATURES = frozenset({"camera", "image", "spline", "point"})
+
+
 @dataclass
 class Building:
     """The model, where it stands, and where to complain."""
@@ -28,7 +31,9 @@ class Building:
     reader: TableReader
     collector: Collector
     purpose: Purpose = "adjustment"
-    unread: set[str] = field(default_factory=set)  # kinds of features and of observations with an unreadable table
+    unread: set[str] = field(
+        default_factory=set
+    )  # kinds of features and of observations with an unreadable table
     _said: set[str] = field(default_factory=set)
 
     def first_time(self, key: str) -> bool:
@@ -45,7 +50,14 @@ class Building:
     def unknown(self, kind: str, id: str, place: Place, known: Iterable[str]) -> None:
         """Report a reference to an id that is not declared."""
         known = list(known)
-        help = suggestion(id, known) or (f"declared: {listing(known)}" if known else f"no {kind} is declared")
+        if id.endswith(".0") and id[:-2] in known:
+            help = (
+                f"`{id[:-2]}` is declared: the table holds ids as floating point numbers, write them as texts"
+            )
+        else:
+            help = suggestion(id, known) or (
+                f"declared: {listing(known)}" if known else f"no {kind} is declared"
+            )
         self.collector.error("SBB301", f"{kind} `{id}` is not declared", place, help, kind=f"unknown {kind}s")
 
     def indices(self, kind: str, table: Table, column: str, known: dict[str, int]) -> IntArray:

@@ -77,7 +77,7 @@ def _is_new(
 
 
 def _camera(id: str, place: Place, cameras: dict[str, int], building: Building) -> int:
-    if id not in cameras:
+    if id not in cameras and "camera" not in building.unread:
         building.unknown("camera", id, place, cameras)
     return cameras.get(id, -1)
 

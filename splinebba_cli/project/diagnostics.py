@@ -161,7 +161,7 @@ def suggestion(word: str, known: Iterable[str]) -> str:
     """A help line ``did you mean `x`?`` where a known word is near, else empty."""
     from difflib import get_close_matches
 
-    known = list(known)
+    known = [one for one in known if one != word]
     alike = next((one for one in known if same_letters(one, word)), None)
     if alike is not None:
         return f"`{alike}` looks the same but is written with other characters (Unicode forms of accents or blanks)"

@@ -19,6 +19,7 @@ LARGEST_TANGENT = 20.0  # of the angle between a ray and the axis: 87 degrees
 SMALLEST_TANGENT = 1e-3  # of the largest such angle of a camera: 0.06 degrees
 FULL_TURN = {"deg": 360.0, "gon": 400.0, "rad": 2.0 * np.pi}
 LARGEST_TURNS = 2.0
+ENOUGH = 10  # measurements of which one at least lies away from the centre
 
 
 def check_field_of_view(
@@ -30,12 +31,14 @@ def check_field_of_view(
         frame = frames[number]
         if not frame.allows(frame.image_coordinates):
             continue  # the camera lacks something, which is reported there
-        tangent = np.linalg.norm(photo_xy[own] - frame.principal_point_mm, axis=1) / frame.principal_distance_mm
+        tangent = (
+            np.linalg.norm(photo_xy[own] - frame.principal_point_mm, axis=1) / frame.principal_distance_mm
+        )
         beyond = own[tangent > LARGEST_TANGENT]
         largest = float(tangent.max()) * frame.principal_distance_mm
         if 2 * len(beyond) > len(own):
             _report_camera("error", largest, number, table, building)
-        elif len(own) > 2 and tangent.max() < SMALLEST_TANGENT:
+        elif len(own) >= ENOUGH and tangent.max() < SMALLEST_TANGENT:
             _report_camera("warning", largest, number, table, building)
         else:
             _report_rows(beyond, photo_xy, number, table, building, frames)
@@ -47,12 +50,16 @@ def _report_camera(severity: Severity, largest: float, number: int, table: Table
         return
     camera = building.model.cameras[number]
     place = building.source.place(("cameras", number, "principal_distance_mm"))
-    how = f"lie up to {largest:,.3g} mm from" if severity == "error" else f"all lie within {largest:.3g} mm of"
+    how = (
+        f"lie up to {largest:,.3g} mm from" if severity == "error" else f"all lie within {largest:.3g} mm of"
+    )
     message = (
         f"camera `{camera.id}` has a principal distance of {camera.principal_distance_mm:g} mm, but measurements "
         f"of `{table.file}` {how} its principal point"
     )
-    help = "is the distance in mm (`principal_distance_mm`), and are x and y in the unit of `image_coordinates`?"
+    help = (
+        "is the distance in mm (`principal_distance_mm`), and are x and y in the unit of `image_coordinates`?"
+    )
     building.collector.add(severity, "SBB325", message, place, help)
 
 
@@ -67,13 +74,13 @@ def _report_rows(
     frame = frames[number]
     for row in rows.tolist():
         offset = np.abs(photo_xy[row] - frame.principal_point_mm)
-        column = "x" if offset[0] > LARGEST_TANGENT * frame.principal_distance_mm else "y"
+        axis = int(offset[0] <= LARGEST_TANGENT * frame.principal_distance_mm)
         message = (
-            f"measured {offset.max():,.5g} mm from the principal point: camera `{building.model.cameras[number].id}` "
+            f"{'xy'[axis]} lies {offset[axis]:,.5g} mm from the principal point: camera `{building.model.cameras[number].id}` "
             f"with a principal distance of {frame.principal_distance_mm:g} mm does not see that far"
         )
         help = "a typing error, or another unit than `image_coordinates` says"
-        place = table.place_of(row, column)
+        place = table.place_of(row, "xy"[axis])
         building.collector.error("SBB325", message, place, help, kind="measurements beside the field of view")
 
 

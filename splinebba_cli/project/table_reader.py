@@ -306,7 +306,8 @@ class TableReader:
     def _content(self, name: str, at: Place) -> bytes:
         file = self.folder / name
         if not lies_within(file, self.folder, self.folders):
-            folder = _folder_of(file, self.folder)
+            real = Path(os.path.realpath(file)).parent
+            folder = folders_seen_from(self.folder, real, ())[0] if name.startswith("..") else real
             help = f"copy it beside the project, or declare `table_folders: [{folder}]` in `project`"
             self.collector.error("SBB408", f"table `{name}` lies outside of the project's folder", at, help)
             raise TableUnreadableError
@@ -345,8 +346,3 @@ class TableReader:
             self._contents[name] = None
             raise TableUnreadableError
         return text
-
-
-def _folder_of(file: Path, folder: Path) -> str:
-    """The folder in which a file really lies, as a project names it."""
-    return folders_seen_from(folder, Path(os.path.realpath(file)).parent, ())[0]

@@ -192,6 +192,10 @@ def _check_quotations(rows: list[tuple[int, str]], where: _Positions, collector:
 
 
 def _help_for_width(count: int, width: int, separator: str | None) -> str:
+    if 1 < count < width and separator is not None:
+        return (
+            f"an empty field keeps its `{separator}`" if separator != "\t" else "an empty field keeps its tab"
+        )
     if count == 1 and width > 1 and separator is not None:
         return (
             f"the first row has `{separator}` between its fields" if separator != "\t" else "tabs are missing"

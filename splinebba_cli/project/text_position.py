@@ -44,7 +44,8 @@ def decoded(content: bytes, file: str, refuse: Callable[[str, Place, str], None]
         message = f"byte 0x{content[error.start]:02x} is not UTF-8"
         meant = content[error.start : error.start + 1].decode("cp1252", "replace")
         looks = f" (here it would be `{meant}`)" if meant.isprintable() and meant != "�" else ""
-        refuse(message, place, f"save the file as UTF-8; it may be Latin-1 or Windows-1252{looks}")
+        help = f"save the file as UTF-8; it may be Latin-1 or Windows-1252{looks}"
+        refuse(message, place, "it is no text file" if b"\0" in content else help)
         return None
 
 

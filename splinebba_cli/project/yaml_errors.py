@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from splinebba_cli.project.yaml_source import YamlSource
 
 _WORD = re.compile(r"[*&!%]?[\w.+-]+(?::(?=\S)[\w.+-]+)*|[*&!%]\S*|\\.")
+_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 _COLON_HELP = "put a text that contains `: ` in quotes, and a blank after the `:` of a key"
 _ALIGNED = "keys of one mapping stand below each other, items of one list begin with `- ` below each other"
 
@@ -38,7 +39,9 @@ def _report_character(error: Any, source: YamlSource, collector: Collector) -> N
     character = chr(character) if isinstance(character, int) else character[:1] or "?"
     position = _line_of_offset(source, error.position)
     message = f"{character_name(character)} is not allowed in YAML"
-    collector.error("SBB102", message, source.at(*position), "remove it, or write it as an escape in double quotes")
+    collector.error(
+        "SBB102", message, source.at(*position), "remove it, or write it as an escape in double quotes"
+    )
 
 
 def _line_of_offset(source: YamlSource, offset: int) -> tuple[int, int]:
@@ -60,8 +63,16 @@ def _explained(error: Any, source: YamlSource) -> tuple[tuple[int, int], str, st
     if "quoted scalar" in context:
         if "escape" in problem or "hexdecimal" in problem:
             help = "write `\\\\` for a backslash in double quotes, or use single quotes"
-            return (at[0], max(0, source.lines[at[0]].rfind("\\", 0, at[1] + 1))), "an unknown escape sequence", help
-        return begin, "a quotation mark without its end", "quotation marks come in pairs; within quotes double the mark `'`"
+            return (
+                (at[0], max(0, source.lines[at[0]].rfind("\\", 0, at[1] + 1))),
+                "an unknown escape sequence",
+                help,
+            )
+        return (
+            begin,
+            "a quotation mark without its end",
+            "quotation marks come in pairs; within quotes double the mark `'`",
+        )
     if "flow" in context:
         return _bracket(at, begin, source)
     if "simple key" in context:
@@ -73,7 +84,11 @@ def _explained(error: Any, source: YamlSource) -> tuple[tuple[int, int], str, st
     if "cannot start any token" in problem:
         return at, f"nothing can begin with `{sign}`", f"put a text that begins with `{sign}` in quotes"
     if "undefined alias" in problem:
-        return at, "an alias without its anchor", "a value that begins with `*` is an alias; put a text in quotes"
+        return (
+            at,
+            "an alias without its anchor",
+            "a value that begins with `*` is an alias; put a text in quotes",
+        )
     if "block" in context:
         return at, "the indentation fits to nothing above", _ALIGNED
     return at, f"{problem} ({context})" if context else problem, ""
@@ -83,12 +98,27 @@ def _bracket(
     at: tuple[int, int], begin: tuple[int, int], source: YamlSource
 ) -> tuple[tuple[int, int], str, str]:
     """A list or mapping in brackets: without an end, or without a comma."""
+    begin = _last_open_bracket(source) or begin
     opening = source.lines[begin[0]][begin[1] : begin[1] + 1]
-    closing = {"[": "]", "{": "}"}.get(opening, "]")
+    closing = "}" if opening == "{" else "]"
     if at[0] != begin[0] or at[1] >= len(source.lines[at[0]].rstrip()):
         return begin, f"a bracket `{opening}` without its `{closing}`", "brackets come in pairs"
     help = f"the bracket `{opening}` is at column {begin[1] + 1}"
     return at, f"a comma or `{closing}` is missing before this", help
+
+
+def _last_open_bracket(source: YamlSource) -> tuple[int, int] | None:
+    """The innermost bracket that is open where the parser, or the text, ends."""
+    opened: list[tuple[int, int]] = []
+    try:
+        for token in yaml.scan("\n".join(source.lines), Loader=_LOADER):
+            if isinstance(token, (yaml.FlowSequenceStartToken, yaml.FlowMappingStartToken)):
+                opened.append(_position(token.start_mark))
+            elif isinstance(token, (yaml.FlowSequenceEndToken, yaml.FlowMappingEndToken)) and opened:
+                opened.pop()
+    except yaml.YAMLError:
+        pass
+    return opened[-1] if opened else None
 
 
 def _position(mark: Any) -> tuple[int, int]:

@@ -34,6 +34,7 @@ else:
 YamlPath = tuple[str | int, ...]
 
 MAX_DEPTH = 64
+HELP_FOR_BEGIN = "it begins with `version: 1`, `project:`, `cameras:`, `images:` …"
 MAX_ALIASED = 100_000  # values that aliases may repeat; a long text counts as several
 _LONG_TEXT = 100  # characters
 _LINE_BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # YAML's
@@ -144,7 +145,8 @@ def _composed(text: str, source: YamlSource, collector: Collector) -> yaml.Node 
             depth += 1
             if depth > MAX_DEPTH:
                 place = source.at_mark(event.start_mark)
-                collector.error("SBB105", f"nested deeper than {MAX_DEPTH} levels", place)
+                help = "brackets without their ends? A project has no more than ten levels"
+                collector.error("SBB105", f"nested deeper than {MAX_DEPTH} levels", place, help)
                 return None
         elif isinstance(event, yaml.CollectionEndEvent):
             depth -= 1
@@ -156,7 +158,7 @@ def _composed(text: str, source: YamlSource, collector: Collector) -> yaml.Node 
                 return None
     node = Loader(text).get_single_node()
     if node is None:
-        collector.error("SBB106", "the file is empty", source.at(0, 0))
+        collector.error("SBB106", "the file is empty", source.at(0, 0), HELP_FOR_BEGIN)
     return node
 
 

@@ -81,10 +81,15 @@ class Case:
 
     def run(self, folder: Path) -> tuple[int, str]:
         """Exit code and all that is printed by the command in the folder of the project."""
-        arguments = [self.command, self.content.get("project", "project.yaml"), *self.content.get("options", ())]
+        arguments = [
+            self.command,
+            self.content.get("project", "project.yaml"),
+            *self.content.get("options", ()),
+        ]
         with within(folder):
             result = CliRunner().invoke(app, arguments)
-        return result.exit_code, result.output
+        counts = result.output.find("\nharbour\n") if result.exit_code == 0 else -1
+        return result.exit_code, result.output if counts < 0 else result.output[:counts]
 
     @property
     def snapshot(self) -> Path:
