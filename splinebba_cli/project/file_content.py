@@ -21,7 +21,7 @@ class TooLargeError(NoContentError):
     """The file is larger than what is read."""
 
 
-def file_content(path: Path, largest: int | None = None) -> bytes:
+def file_content(path: Path, largest: int | None = None, *, may_be_pipe: bool = False) -> bytes:
     """All bytes of a regular file.
 
     Parameters
@@ -29,6 +29,8 @@ def file_content(path: Path, largest: int | None = None) -> bytes:
     path : Path
     largest : int, optional
         Number of bytes that are read at most; by default the memory of the machine.
+    may_be_pipe : bool
+        Of a file that the command line names: `<(command)` is a pipe that ends.
 
     Raises
     ------
@@ -37,7 +39,8 @@ def file_content(path: Path, largest: int | None = None) -> bytes:
     """
     try:
         status = path.stat()
-        _check_kind(status.st_mode)
+        if not (may_be_pipe and stat.S_ISFIFO(status.st_mode)):
+            _check_kind(status.st_mode)
         check_size(status.st_size, largest)
         content = path.read_bytes()
     except OSError as error:

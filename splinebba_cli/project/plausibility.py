@@ -75,8 +75,9 @@ def _report_rows(
     for row in rows.tolist():
         offset = np.abs(photo_xy[row] - frame.principal_point_mm)
         axis = int(offset[0] <= LARGEST_TANGENT * frame.principal_distance_mm)
+        name = building.model.cameras[number].id
         message = (
-            f"{'xy'[axis]} lies {offset[axis]:,.5g} mm from the principal point: camera `{building.model.cameras[number].id}` "
+            f"{'xy'[axis]} lies {offset[axis]:,.5g} mm from the principal point: camera `{name}` "
             f"with a principal distance of {frame.principal_distance_mm:g} mm does not see that far"
         )
         help = "a typing error, or another unit than `image_coordinates` says"

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from splinebba_cli.output.atomic import write_file_atomically
+from splinebba_cli.output.damaged_results import complete_results
 from splinebba_cli.report.blocks import Report
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.sections import build_report
@@ -37,8 +38,10 @@ def write_report(result_dir: Path, format: ReportFormat, out: Path | None = None
         SBB602 if it is no result folder, SBB601 if the file cannot be written.
     """
     path = out if out is not None else result_dir / _FILES[format]
-    data = ResultData.load(result_dir)
-    write_file_atomically(path, _rendered(build_report(data), data, format))
+    with complete_results(result_dir):
+        data = ResultData.load(result_dir)
+        text = _rendered(build_report(data), data, format)
+    write_file_atomically(path, text)
     return path
 
 

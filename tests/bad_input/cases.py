@@ -8,6 +8,7 @@ import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -140,7 +141,7 @@ def findings(output: str) -> list[Finding]:
     """What the program has said."""
     starts = [match.start() for match in SAID.finditer(output)] + [len(output)]
     found = []
-    for start, end in zip(starts, starts[1:], strict=False):
+    for start, end in pairwise(starts):
         match = SAID.match(output, start)
         assert match is not None
         carets = CARETS.search(output, start, end)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import re
 from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
 
@@ -162,10 +163,11 @@ OF_BYTES: tuple[Callable[[bytes, random.Random], bytes], ...] = (
 )  # fmt: skip
 
 ODD_VALUES: tuple[Any, ...] = (
-    None, "", "x", 0, -1, 1, 2.5, 1e308, -1e-308, 10**30, float("nan"), float("inf"), True, False, [], {}, [[]], [1], [1, 2],
-    [1, 2, 3], [1, 2, 3, 4], ["a", "b", "c"], {"a": 1}, {"table": "x.csv"}, {"data": "1 2 3"}, "fixed", "free", "all",
-    "control", "tie", "check", "partial", "rad", "photo_um", "pixel_one", "x" * 300, "=1+1", "a\nb", [[1, 2, 3], [4, 5, 6]],
-    "1 2 3\n4 5 6\n", {"x": 1, "y": 2, "z": 3}, 1000, 1e6, "C2", "circle", "bspline_3", "fourier", "uniform", "huber", "inner",
+    None, "", "x", 0, -1, 1, 2.5, 1e308, -1e-308, 10**30, float("nan"), float("inf"), True, False, [], {}, [[]], [1],
+    [1, 2], [1, 2, 3], [1, 2, 3, 4], ["a", "b", "c"], {"a": 1}, {"table": "x.csv"}, {"data": "1 2 3"}, "fixed", "free",
+    "all", "control", "tie", "check", "partial", "rad", "photo_um", "pixel_one", "x" * 300, "=1+1", "a\nb",
+    [[1, 2, 3], [4, 5, 6]], "1 2 3\n4 5 6\n", {"x": 1, "y": 2, "z": 3}, 1000, 1e6, "C2", "circle", "bspline_3",
+    "fourier", "uniform", "huber", "inner",
 )  # fmt: skip
 ODD_KEYS = (
     "id",
@@ -197,7 +199,7 @@ def changed_data(content: bytes, chance: random.Random) -> bytes:
         del owner[key]
     elif how < 0.8:
         other, other_key = chance.choice(places)
-        owner[key] = other[other_key]
+        owner[key] = deepcopy(other[other_key])
     elif isinstance(owner, dict):
         owner[chance.choice((*ODD_KEYS, *(k for o, k in places if isinstance(k, str))))] = chance.choice(
             ODD_VALUES

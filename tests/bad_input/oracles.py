@@ -25,7 +25,14 @@ class OracleError(AssertionError):
 def fingerprint(loaded: LoadedProject) -> str:
     """A hash of all that the project means: its network, its settings, what it accepts."""
     digest = hashlib.sha256()
-    for part in _parts((loaded.network, loaded.model.acceptance, loaded.model.simulation)):
+    for part in _parts(
+        (
+            loaded.network,
+            loaded.model.project.model_dump_json(),
+            loaded.model.acceptance,
+            loaded.model.simulation,
+        )
+    ):
         digest.update(part)
     return digest.hexdigest()
 
