@@ -31,6 +31,7 @@ from splinebba_cli.project.build_observations import (
 )
 from splinebba_cli.project.build_points import PointRows, read_points
 from splinebba_cli.project.build_settings import settings_of
+from splinebba_cli.project.plausibility import check_knot_spacing
 from splinebba_cli.project.semantic_checks import (
     check_datum_features,
     check_extent,
@@ -65,6 +66,7 @@ def build_network(building: Building) -> Network | None:
     if _incomplete(building):
         return None
     check_extent(building, images, points, curves)
+    check_knot_spacing(curves, building)
     kept_points, kept_curves = _features_taking_part(building, images, points, curves, on_points, on_curves)
     origin = local_origin(building, images, points, curves)
     built_images = build_images(images, origin, building)

@@ -12,6 +12,7 @@ import numpy as np
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.project.build_cameras import PhotoFrame
 from splinebba_cli.project.build_context import Building
+from splinebba_cli.project.build_curves import CurveRows, position_rows
 from splinebba_cli.project.diagnostics import Place, Severity
 from splinebba_cli.project.table import Table
 
@@ -19,6 +20,7 @@ LARGEST_TANGENT = 20.0  # of the angle between a ray and the axis: 87 degrees
 SMALLEST_TANGENT = 1e-3  # of the largest such angle of a camera: 0.06 degrees
 FULL_TURN = {"deg": 360.0, "gon": 400.0, "rad": 2.0 * np.pi}
 LARGEST_TURNS = 2.0
+MOST_KNOTS = 100_000  # of one spline
 ENOUGH = 10  # measurements of which one at least lies away from the centre
 
 
@@ -95,3 +97,20 @@ def check_angles(angles: FloatArray, find: Callable[[int, int], Place], building
         message = f"an angle of {angles[row, column]:g} {unit} is more than two full turns"
         help = "is `angle_unit` the unit of the angles?"
         building.collector.error("SBB326", message, find(row, column), help, kind="angles of many turns")
+
+
+def check_knot_spacing(curves: CurveRows, building: Building) -> None:
+    """Knots that the program spaces itself are not more than anything could determine."""
+    spacing = building.model.adjustment.knots.spacing_m
+    if spacing is None:
+        return
+    for curve in curves.curves:
+        points = curve.values[position_rows(curve)]
+        length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+        if curve.role == "tie" and length / spacing > MOST_KNOTS:
+            message = (
+                f"knots {spacing:g} m apart: spline `{curve.id}` would have {length / spacing:,.0f} of them"
+            )
+            place = building.source.place(("adjustment", "knots", "spacing_m"))
+            help = f"at most {MOST_KNOTS:,}; is the distance in metres?"
+            building.collector.error("SBB205", message, place, help, kind="knots too close")

@@ -180,6 +180,14 @@ def _number(value: Any) -> float:
         raise PydanticCustomError("number", "{reason}", {"reason": str(error)}) from None
 
 
+def _number_not_tiny(value: Any) -> float:
+    number = _number(value)
+    if 0.0 < number < SIGMA_RANGE[0]:
+        reason = f"`{brief(str(value))}` is too small (less than {SIGMA_RANGE[0]:g})"
+        raise PydanticCustomError("too_large", "{reason}", {"reason": reason})
+    return number
+
+
 def _pair(value: Any) -> tuple[float, float]:
     if isinstance(value, (list, tuple)):
         if len(value) != 2:
@@ -193,7 +201,7 @@ def _positive_pair(value: Any) -> tuple[float, float]:
     pair = _pair(value)
     if min(pair) <= 0.0:
         raise PydanticCustomError("positive_pair", "must be greater than 0")
-    return pair
+    return (_number_not_tiny(pair[0]), _number_not_tiny(pair[1]))
 
 
 def _plain_path(value: Any) -> Any:
@@ -234,7 +242,7 @@ Note = Annotated[str, BeforeValidator(_note)]
 Name = Annotated[str, BeforeValidator(_name)]
 Id = Annotated[str, BeforeValidator(_id)]
 Number = Annotated[float, BeforeValidator(_number)]
-PositiveNumber = Annotated[float, Field(gt=0), BeforeValidator(_number)]
+PositiveNumber = Annotated[float, Field(gt=0), BeforeValidator(_number_not_tiny)]
 NonNegativeNumber = Annotated[float, Field(ge=0), BeforeValidator(_number)]
 Share = Annotated[float, Field(ge=0, lt=1), BeforeValidator(_number)]
 Sigma = Annotated[

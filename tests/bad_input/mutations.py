@@ -39,7 +39,7 @@ class NumberChange:
 
 def changed_number(files: Files, name: str, chance: random.Random) -> NumberChange | None:
     """Replace one number by another plain one."""
-    found = list(NUMBER.finditer(files[name]))
+    found = [one for one in NUMBER.finditer(files[name]) if float(one[0])]
     if not found:
         return None
     one = chance.choice(found)
