@@ -34,6 +34,7 @@ ERROR_CODES: dict[str, str] = {
     "SBB106": "the project is not a mapping",
     "SBB107": "merge keys or tags are not supported",
     "SBB108": "a key is not a text",
+    "SBB109": "the project file is too large",
     # 2xx: the project against its schema
     "SBB201": "unknown key",
     "SBB202": "missing key",
@@ -44,6 +45,7 @@ ERROR_CODES: dict[str, str] = {
     "SBB207": "not a finite number",
     "SBB208": "not available yet",
     "SBB209": "contradictory keys",
+    "SBB210": "id or name with characters that are commands elsewhere",
     # 3xx: references between the parts, and their meaning
     "SBB301": "reference to an unknown id",
     "SBB302": "duplicate id",
@@ -65,6 +67,8 @@ ERROR_CODES: dict[str, str] = {
     "SBB322": "heights missing",
     "SBB323": "threshold smaller than the noise of the points",
     "SBB324": "line that returns to its first point",
+    "SBB325": "measurements do not fit to the principal distance",
+    "SBB326": "angle beyond two full turns",
     # 4xx: tables
     "SBB401": "table not found or unreadable",
     "SBB402": "missing or unknown column",
@@ -73,6 +77,11 @@ ERROR_CODES: dict[str, str] = {
     "SBB405": "empty table",
     "SBB406": "table format not supported",
     "SBB407": "not GeoJSON, or no lines in it",
+    "SBB408": "table outside of the project's folder",
+    "SBB409": "table larger than the memory",
+    "SBB410": "quotation mark without its end",
+    "SBB411": "table with NUL characters",
+    "SBB412": "Parquet column of a wrong type",
     # 5xx: adjustment
     "SBB501": "the network is singular",
     "SBB502": "the adjustment did not converge",

@@ -12,6 +12,7 @@ import typer
 from splinebba_cli.commands.console import (
     Log,
     expected_errors,
+    print_annotations,
     print_diagnostics,
     print_json,
     problem_data,
@@ -127,9 +128,7 @@ def _print_findings(diagnostics: Any, format: CheckFormat) -> None:
 
 def _print_budget(loaded: LoadedProject, found: Budget, format: CheckFormat) -> None:
     if format is CheckFormat.github:
-        for problem in found.problems:
-            level = {"error": "error", "warning": "warning", "info": "notice"}[problem.severity]
-            print(f"::{level} title={problem.code}::{problem.message}")
+        print_annotations(loaded.path, found.problems)
         return
     from splinebba_cli.report.budget_tables import BudgetTables
 

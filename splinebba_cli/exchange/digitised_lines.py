@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,8 @@ import numpy as np
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.errors import PointsFileError
 from splinebba_cli.project.diagnostics import Collector, Diagnostic, Place, suggestion
+from splinebba_cli.project.file_content import NoContentError, TooLargeError, file_content, names_in
+from splinebba_cli.project.text_position import decoded
 
 GEOJSON_SUFFIXES = (".geojson", ".json")
 DEGREES_HELP = (
@@ -73,18 +76,14 @@ def look_like_degrees(points: FloatArray) -> bool:
 
 def _text(path: Path, collector: Collector) -> str | None:
     try:
-        content = path.read_bytes()
-    except OSError as error:
-        try:
-            near = suggestion(path.name, [item.name for item in path.parent.iterdir()])
-        except OSError:
-            near = ""
-        reason = error.strerror or str(error)
+        content = file_content(path, may_be_pipe=True)
+    except TooLargeError as reason:
+        collector.error(
+            "SBB409", f"`{path}` is too large: {reason}", Place(str(path)), "fit its lines in parts"
+        )
+        return None
+    except NoContentError as reason:
+        near = suggestion(path.name, names_in(path.parent))
         collector.error("SBB401", f"`{path}` cannot be read: {reason}", Place(str(path)), near)
         return None
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content[: error.start].count(b"\n") + 1
-        collector.error("SBB103", f"`{path}` is not UTF-8", Place(str(path), line), "save it as UTF-8")
-        return None
+    return decoded(content, str(path), partial(collector.error, "SBB103"))

@@ -21,6 +21,8 @@ from splinebba_cli.exchange.digitised_lines import (
     look_like_degrees,
 )
 from splinebba_cli.project.diagnostics import Collector, Place
+from splinebba_cli.project.plain_text import id_problem
+from splinebba_cli.project.scalars import LARGEST_NUMBER
 
 GEOGRAPHIC = ("CRS84", "EPSG::4326", "EPSG:4326", "EPSG::4979", "EPSG:4979", "EPSG::4258", "EPSG:4258")
 ID_PROPERTIES = ("id", "name")
@@ -142,11 +144,14 @@ def _check_coordinates(
     line: DigitisedLine, options: ReadingOptions, place: Place, collector: Collector
 ) -> None:
     name = f"line `{line.id}`" if line.id else "a line"
+    if line.id and (problem := id_problem(line.id)):
+        help = "give another property `id` or `name`"
+        collector.error("SBB210", f"the id of {name} {problem}", place, help, kind="ids of lines")
     if np.isposinf(line.points[:, 2]).any() and options.height is None:
         help = "`--z 0` gives them this height"
         collector.error("SBB322", f"{name} has points without a height", place, help, kind="heights")
-    elif not np.isfinite(line.points).all():
-        message = f"{name} has coordinates that are not finite"
+    elif not (np.abs(line.points) <= LARGEST_NUMBER).all():
+        message = f"{name} has coordinates that are not finite, or more than {LARGEST_NUMBER:.0e}"
         collector.error("SBB403", message, place, kind="coordinates")
 
 

@@ -25,7 +25,7 @@ TableFormat = Literal["csv", "parquet"]
 _ROWS_AT_ONCE = 4_000
 FORM = re.compile(r"%\.(\d+)([fg])")
 _WORDS = {"f": fixed_words, "g": significant_words}
-_NEEDS_QUOTES = re.compile(r'[,"\r\n]|^\s|\s$')
+_NEEDS_QUOTES = re.compile(r'[,"\r\n]|^[\s#]|\s$')
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from splinebba_cli.output.comparison_differences import (
 )
 from splinebba_cli.output.comparison_relation import Relation, RelationName, compared_inputs, relation_of
 from splinebba_cli.output.comparison_splines import SplineDifference, spline_differences
+from splinebba_cli.output.damaged_results import complete_results
 from splinebba_cli.output.stored_result import StoredResult, read_result
 
 
@@ -72,7 +73,17 @@ def compare(
     OutputError
         SBB602 if one is no result folder, SBB611 if they have nothing in common.
     """
-    first, second = read_result(Path(a)), read_result(Path(b))
+    with complete_results(Path(a)):
+        first = read_result(Path(a))
+    with complete_results(Path(b)):
+        second = read_result(Path(b))
+    with complete_results(Path(b)):
+        return _compared(first, second, relation, alpha)
+
+
+def _compared(
+    first: StoredResult, second: StoredResult, relation: RelationName | None, alpha: float
+) -> Comparison:
     related = relation_of(first, second, relation)
     similarity = _datum_shift(first, second)
     unrelated = similarity is None and (first.free or second.free)
@@ -83,7 +94,7 @@ def compare(
     if not images.ids and not points.ids and not splines:
         raise OutputError(
             "SBB611",
-            f"{a} and {b} have no image, point or spline in common",
+            f"{first.folder} and {second.folder} have no image, point or spline in common",
             "compare results of one project",
         )
     sums = first.sum_of_squares, second.sum_of_squares

@@ -16,6 +16,7 @@ from splinebba_cli.core.quality.curve_columns import CurveColumns
 from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.errors import OutputError
 from splinebba_cli.output.checks_json import acceptance_to_list, checks_to_dict, precision_to_dict
+from splinebba_cli.output.damaged_results import no_constant, without_acting_characters
 from splinebba_cli.output.json_text import finite, json_text
 from splinebba_cli.output.local_tests import local_tests_part
 from splinebba_cli.output.model_evidence_json import model_evidence
@@ -23,6 +24,7 @@ from splinebba_cli.output.residual_summary import residual_summary
 from splinebba_cli.output.revision_json import revision_to_dict
 from splinebba_cli.output.splines_json import splines_to_list
 from splinebba_cli.output.tables import EOP_NAMES
+from splinebba_cli.project.file_content import NoContentError, file_content
 
 RESULT_FORMAT = "splinebba-result/1"
 MOST_SEGMENTS = 5_000  # of all splines; the coefficients of more stand in their table alone
@@ -100,8 +102,9 @@ def load_result_json(path: Path) -> dict[str, Any]:
     """
     file = path / "result.json" if path.is_dir() else path
     try:
-        content = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+        text = file_content(file).decode("utf-8")
+        content = without_acting_characters(json.loads(text, parse_constant=no_constant), text)
+    except (NoContentError, ValueError, RecursionError) as error:
         raise OutputError(
             "SBB602", f"{path} holds no readable result.json", "give a folder that `adjust` wrote"
         ) from error

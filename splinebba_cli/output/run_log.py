@@ -64,7 +64,7 @@ class RunLog:
             raise cannot_write(folder, error) from error
 
     def _take(self, text: str, head: dict[str, Any]) -> None:
-        first, *lines = text.splitlines()
+        first, *lines = text.removesuffix("\n").split("\n")
         differing = _differences(_parsed(first, self.path), head)
         if differing:
             raise SimulationError(
@@ -72,8 +72,8 @@ class RunLog:
                 f"`{self.path}` is of another campaign: {', '.join(differing)} changed",
                 "put back what changed, or choose another folder with -o, or --force to begin anew",
             )
-        for line in lines:
-            self._lines.setdefault(int(_parsed(line, self.path)["run"]), line)
+        for number, line in enumerate(lines, 2):
+            self._lines.setdefault(_run_of(line, number, self.path), line)
 
     @property
     def finished(self) -> frozenset[int]:
@@ -145,6 +145,16 @@ def _parsed(line: str, path: Path) -> dict[str, Any]:
     if not isinstance(data, dict):
         raise SimulationError("SBB703", f"`{path}` is not of format {RUNS_FORMAT}")
     return data
+
+
+def _run_of(line: str, number: int, path: Path) -> int:
+    """Number of the run of a line that holds a whole record."""
+    data = _parsed(line, path)
+    try:
+        return int(record_from(data).run)
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
+        message = f"`{path}`: line {number} is no record of a run: {error!r}"
+        raise SimulationError("SBB703", message, "remove the line: the run is made again") from error
 
 
 def _differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:

@@ -24,6 +24,7 @@ from splinebba_cli.project.build_curves import position_rows
 from splinebba_cli.project.loading import LoadedProject
 from splinebba_cli.project.network_tables import images_table, points_table
 from splinebba_cli.project.observation_marks import marked_tables
+from splinebba_cli.project.table_folders import folders_seen_from
 from splinebba_cli.project.writer import spline_entries
 from splinebba_cli.project.yaml_writing import project_yaml
 
@@ -75,6 +76,11 @@ def adjusted_project(
     marked = marked_tables(loaded, result, of_old_knots)
     files |= {_marked_name(*group): text for group, text in marked.items() if text}
     data["observations"] = _observations(written.get("observations", {}), loaded, network, directory, marked)
+    info.pop("table_folders", None)
+    tables = [group.get("table") or PREFIX for groups in data["observations"].values() for group in groups]
+    if not all(table.startswith(PREFIX) for table in tables):
+        given = loaded.model.project.table_folders
+        info["table_folders"] = folders_seen_from(directory, loaded.path.parent, given)
     data["adjustment"] = {**written.get("adjustment", {}), "staged": False}
     if "datum_features" in data["adjustment"]:
         data["adjustment"]["datum_features"] = _present(data["adjustment"]["datum_features"], network)

@@ -12,7 +12,8 @@ corner of the first pixel.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -35,6 +36,8 @@ class PhotoFrame:
     origin_px: FloatArray | None  # (2,) inner origin, in pixel_corner coordinates
     centred: bool  # whether the inner origin is the image centre
     size_px: tuple[int, int] | None
+    principal_distance_mm: float = math.inf
+    principal_point_mm: FloatArray = field(default_factory=lambda: np.zeros(2))  # (2,) in the inner frame
 
     def allows(self, image_coordinates: str) -> bool:
         """Whether coordinates of another frame can be converted."""
@@ -111,7 +114,9 @@ def _build(camera: model_camera.Camera, path: YamlPath, building: Building) -> t
         pixel_size_mm=None if camera.pixel_size_mm is None else float(np.sqrt(np.prod(camera.pixel_size_mm))),
         format_mm=_format(camera),
     )
-    return built, frame
+    return built, replace(
+        frame, principal_distance_mm=camera.principal_distance_mm, principal_point_mm=principal_point
+    )
 
 
 def _format(camera: model_camera.Camera) -> tuple[float, float] | None:

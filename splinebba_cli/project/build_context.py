@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -19,6 +19,9 @@ Purpose = Literal["adjustment", "simulation"]
 """What a project is read for: one to be simulated may lack the observations that `simulate` places itself."""
 
 
+FEATURES = frozenset({"camera", "image", "spline", "point"})
+
+
 @dataclass
 class Building:
     """The model, where it stands, and where to complain."""
@@ -28,6 +31,16 @@ class Building:
     reader: TableReader
     collector: Collector
     purpose: Purpose = "adjustment"
+    unread: set[str] = field(
+        default_factory=set
+    )  # kinds of features and of observations with an unreadable table
+    _said: set[str] = field(default_factory=set)
+
+    def first_time(self, key: str) -> bool:
+        """Whether something is to be said for the first time."""
+        new = key not in self._said
+        self._said.add(key)
+        return new
 
     def duplicate(self, kind: str, id: str, place: Place, first_line: int | None) -> None:
         """Report a second thing with the same id."""
@@ -37,7 +50,14 @@ class Building:
     def unknown(self, kind: str, id: str, place: Place, known: Iterable[str]) -> None:
         """Report a reference to an id that is not declared."""
         known = list(known)
-        help = suggestion(id, known) or (f"declared: {listing(known)}" if known else f"no {kind} is declared")
+        if id.endswith(".0") and id[:-2] in known:
+            help = (
+                f"`{id[:-2]}` is declared: the table holds ids as floating point numbers, write them as texts"
+            )
+        else:
+            help = suggestion(id, known) or (
+                f"declared: {listing(known)}" if known else f"no {kind} is declared"
+            )
         self.collector.error("SBB301", f"{kind} `{id}` is not declared", place, help, kind=f"unknown {kind}s")
 
     def indices(self, kind: str, table: Table, column: str, known: dict[str, int]) -> IntArray:
@@ -48,7 +68,7 @@ class Building:
         labels = table.labels(column)
         index = np.array([known.get(name, -1) for name in labels.names], dtype=np.int64)
         found = index[labels.number] if len(index) else np.empty(0, dtype=np.int64)
-        if (found == -1).any():
+        if (found == -1).any() and kind not in self.unread:
             number = labels.number[found == -1]
             rows = np.flatnonzero(found == -1)
             for first in np.sort(np.unique(number, return_index=True)[1]).tolist():

@@ -82,6 +82,7 @@ def _add_table(
 ) -> None:
     table = building.reader.read(entry, path, _MANY, ("spline", *XYZ))
     if table is None:
+        building.unread.add("spline")
         return
     values = columns_of(table, XYZ, optional=False)
     sigma = sigma_columns(table, entry.sigma)
@@ -235,7 +236,6 @@ def _with_held(entry: Spline, sigma: FloatArray, path: YamlPath | None, building
             place = building.source.place((*path, "held", number, "knot"))
             message = f"spline `{entry.id}` has no knot {held.knot}"
             building.collector.error("SBB311", message, place, f"its knots are 0 … {len(sigma) - 1}")
-            continue
         for component in held.components:
-            sigma[held.knot, XYZ.index(component)] = 0.0
+            sigma[min(held.knot, len(sigma) - 1), XYZ.index(component)] = 0.0
     return sigma

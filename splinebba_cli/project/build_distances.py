@@ -9,7 +9,6 @@ from splinebba_cli.project.build_context import Building
 from splinebba_cli.project.build_groups import group_numbers, sigma_column
 from splinebba_cli.project.build_images import ImageRows
 from splinebba_cli.project.build_points import PointRows
-from splinebba_cli.project.diagnostics import suggestion
 from splinebba_cli.project.table import Table
 from splinebba_cli.project.table_reader import Wanted
 from splinebba_cli.project.yaml_source import YamlPath
@@ -52,8 +51,8 @@ def _numbers(
     for row, name in enumerate(table.texts(column)):
         place, one = table.place_of(row, column), kind[:-1]
         if name not in known:
-            help = suggestion(name, known)
-            building.collector.error("SBB301", f"unknown {one} `{name}`", place, help, kind=f"unknown {kind}")
+            if one not in building.unread:
+                building.unknown(one, name, place, known)
         elif kept[known[name]] < 0:
             message = f"{one} `{name}` of a distance is not measured in enough images"
             building.collector.error("SBB304", message, place, kind="points of distances without rays")

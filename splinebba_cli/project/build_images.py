@@ -14,12 +14,14 @@ from splinebba_cli.core.network import FloatArray, Images, RotationSequence
 from splinebba_cli.project.build_context import Building
 from splinebba_cli.project.diagnostics import Place, Places, suggestion
 from splinebba_cli.project.model_images import EOP_KEYS, Image, ImageTable, OrientationSigma
+from splinebba_cli.project.plausibility import check_angles
 from splinebba_cli.project.table import Table
 from splinebba_cli.project.table_reader import Wanted
 from splinebba_cli.project.yaml_source import YamlPath
 
 ANGLE_FACTORS = {"deg": math.pi / 180.0, "gon": math.pi / 200.0, "rad": 1.0}
 SEQUENCES: tuple[RotationSequence, ...] = ("omega-phi-kappa", "phi-omega-kappa")
+_ANGLE_PATHS = [(part, key) for part in ("orientation", "prior") for key in EOP_KEYS[3:]]
 _TABLE = Wanted(
     ("image",),
     (
@@ -75,7 +77,7 @@ def _is_new(
 
 
 def _camera(id: str, place: Place, cameras: dict[str, int], building: Building) -> int:
-    if id not in cameras:
+    if id not in cameras and "camera" not in building.unread:
         building.unknown("camera", id, place, cameras)
     return cameras.get(id, -1)
 
@@ -102,6 +104,8 @@ def _add_image(
     if entry.fixed and entry.sigma is not None:
         where = building.source.place((*path, "fixed"), key=True)
         building.collector.error("SBB209", "`fixed` and `sigma` both given", where, "give one of them")
+    angles = np.array([math.nan if v is None else v for v in (*given[3:], *prior[3:])]).reshape(1, 6)
+    check_angles(angles, lambda _, k: building.source.place((*path, *_ANGLE_PATHS[k])), building)
     rows.ids.append(entry.id)
     rows.cameras.append(_camera(entry.camera, building.source.place((*path, "camera")), cameras, building))
     rows.sequences.append(entry.rotation_sequence)
@@ -121,6 +125,7 @@ def _add_table(
 ) -> None:
     table = building.reader.read(entry, path, _TABLE)
     if table is None:
+        building.unread.add("image")
         return
     ids = table.texts("image")
     camera_ids = _table_cameras(entry, path, table, building)
@@ -128,6 +133,9 @@ def _add_table(
     orientation = _six(table, "", "numbers")
     prior = _six(table, "prior_", "numbers")
     sigma = _six(table, "sigma_", "sigmas")
+    names = [*EOP_KEYS[3:], *(f"prior_{key}" for key in EOP_KEYS[3:])]
+    angles = np.hstack([orientation[:, 3:], prior[:, 3:]])
+    check_angles(angles, lambda row, k: table.place_of(row, names[k]), building)
     default = np.zeros(6) if entry.fixed else _sigma_values(entry.sigma)
     sigma = np.where(np.isnan(sigma), default, sigma)
     for row, id in enumerate(ids):

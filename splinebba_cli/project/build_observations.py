@@ -13,6 +13,7 @@ from splinebba_cli.project.build_context import Building, stacked
 from splinebba_cli.project.build_images import ImageRows
 from splinebba_cli.project.diagnostics import Place
 from splinebba_cli.project.model_observations import ObservationGroup
+from splinebba_cli.project.plausibility import check_field_of_view
 from splinebba_cli.project.table import Table
 from splinebba_cli.project.table_reader import Wanted
 from splinebba_cli.project.yaml_source import YamlPath
@@ -107,6 +108,7 @@ def _read_group(
 ) -> GroupRows | None:
     table = building.reader.read(group, path, POINT_COLUMNS if kind == "point" else SPLINE_COLUMNS)
     if table is None:
+        building.unread.add("observations")
         return None
     image = building.indices("image", table, "image", images.index())
     feature = building.indices(kind, table, kind, features)
@@ -128,6 +130,7 @@ def _read_group(
         else np.full(table.rows, -1, dtype=np.int64),
         excluded=table.excluded(),
     )
+    check_field_of_view(rows.photo_xy, camera, table, building, frames)
     _check_inside(measured, camera, group, table, building, frames)
     return rows
 

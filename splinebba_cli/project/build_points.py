@@ -34,10 +34,15 @@ class PointRows:
     xyz: list[FloatArray] = field(default_factory=list)  # (3,) user frame
     sigma: list[FloatArray] = field(default_factory=list)  # (3,) as given
     places: Places = field(default_factory=Places)
+    unusable: set[str] = field(default_factory=set)  # ids of points with an error
 
     def index(self) -> dict[str, int]:
         """Index of each id."""
         return {id: number for number, id in enumerate(self.ids)}
+
+    def declared(self) -> dict[str, int]:
+        """Index of each id; one that could not be used is -2, so that it is no unknown id."""
+        return {**dict.fromkeys(self.unusable, -2), **self.index()}
 
 
 def read_points(building: Building) -> PointRows:
@@ -69,6 +74,7 @@ def _add_table(
 ) -> None:
     table = building.reader.read(entry, path, _TABLE, ("point", *XYZ))
     if table is None:
+        building.unread.add("point")
         return
     ids = table.texts("point")
     taken = _selected(entry, path, ids, building)
@@ -77,7 +83,9 @@ def _add_table(
     roles = _roles(entry, path, table, building)
     for row in taken:
         role = roles[row]
-        if ids[row] and role is not None:
+        if role is None:
+            rows.unusable.add(ids[row])
+        elif ids[row]:
             find = partial(table.place_of, row, "point")
             _add(ids[row], role, xyz[row], sigma[row], find, rows, seen, building)
 

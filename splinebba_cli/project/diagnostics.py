@@ -8,11 +8,13 @@ from dataclasses import asdict, dataclass, replace
 from typing import Literal, overload
 
 from splinebba_cli.errors import ERROR_CODES, ProjectError
+from splinebba_cli.project.plain_text import brief, same_letters, shown
 
 Severity = Literal["error", "warning", "info"]
 
 #: So many diagnostics of one kind and table are spelt out; the rest is counted.
 SHOWN_PER_KIND = 20
+LONGEST_MESSAGE = 600
 
 
 @dataclass(frozen=True)
@@ -98,13 +100,13 @@ class Collector:
             Diagnostic(
                 code,
                 severity,
-                message,
-                help,
-                place.file,
+                shown(brief(message, LONGEST_MESSAGE)),
+                shown(help),
+                shown(place.file),
                 place.line,
                 place.column,
                 place.length,
-                place.snippet,
+                shown(place.snippet.replace("\t", " ")),
             )
         )
 
@@ -125,8 +127,9 @@ class Collector:
         self._counts[(code, file, kind)] = self._counts.get((code, file, kind), 0) + number
 
     def take(self, other: Collector, codes: tuple[str, ...]) -> None:
-        """Take over those diagnostics of another collector whose codes begin with one of `codes`."""
-        self.items += [item for item in other.items if item.code.startswith(codes)]
+        """Take over those diagnostics of another collector whose codes begin with one of `codes`, at new places."""
+        known = {item.position for item in self.items if item.line is not None}
+        self.items += [i for i in other.items if i.code.startswith(codes) and i.position not in known]
         for (code, file, kind), count in other._counts.items():
             if code.startswith(codes):
                 self._counts[(code, file, kind)] = self._counts.get((code, file, kind), 0) + count
@@ -158,7 +161,11 @@ def suggestion(word: str, known: Iterable[str]) -> str:
     """A help line ``did you mean `x`?`` where a known word is near, else empty."""
     from difflib import get_close_matches
 
-    near = get_close_matches(word, list(known), n=1, cutoff=0.6)
+    known = [one for one in known if one != word]
+    alike = next((one for one in known if same_letters(one, word)), None)
+    if alike is not None:
+        return f"`{alike}` looks the same but is written with other characters (Unicode forms of accents or blanks)"
+    near = get_close_matches(word, known, n=1, cutoff=0.6)
     return f"did you mean `{near[0]}`?" if near else ""
 
 
@@ -175,15 +182,18 @@ def render_text(diagnostics: Iterable[Diagnostic]) -> str:
 
 
 def _one_text(item: Diagnostic) -> str:
+    from rich.cells import cell_len
+
     lines = [f"{item.severity}[{item.code}]: {item.message}"]
     gutter = " " * len(str(item.line or ""))
     if item.file:
         lines.append(f"{gutter}--> {item.position}")
     if item.snippet and item.line is not None:
-        snippet, column, length = _window(item.snippet.replace("\t", " "), item.column or 1, item.length)
+        snippet, column, length = _window(item.snippet, item.column or 1, item.length)
+        before, marked = snippet[: column - 1], snippet[column - 1 : column - 1 + length]
         lines.append(f"{gutter} |")
         lines.append(f"{item.line} | {snippet}".rstrip())
-        lines.append(f"{gutter} | {' ' * (column - 1)}{'^' * length}")
+        lines.append(f"{gutter} | {' ' * cell_len(before)}{'^' * max(1, cell_len(marked))}")
     if item.help:
         lines.append(f"{gutter} = help: {item.help}")
     return "\n".join(lines)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from splinebba_cli.core.network import Network
 from splinebba_cli.errors import ProjectError
-from splinebba_cli.project.build_context import Building, Purpose
+from splinebba_cli.project.build_context import FEATURES, Building, Purpose
 from splinebba_cli.project.diagnostics import Collector, Diagnostic
 from splinebba_cli.project.model import Project
 from splinebba_cli.project.network_builder import build_network
@@ -67,8 +67,11 @@ def load_project(path: Path | str, purpose: Purpose = "adjustment") -> LoadedPro
     if source is None or model is None:
         raise ProjectError(collector.finished())
     found = collector if as_written else Collector()
-    reader = TableReader(source, path.parent, found)
-    network = build_network(Building(model, source, reader, found, purpose))
+    reader = TableReader(source, path.parent, found, model.project.table_folders)
+    building = Building(model, source, reader, found, purpose)
+    if any(item.code == "SBB210" or item.message.endswith("has no `id`") for item in collector.items):
+        building.unread |= FEATURES  # references to ids that were mended would mislead
+    network = build_network(building)
     if not as_written:
         collector.take(found, HOLD_WHEN_MENDED)
     if network is None or collector.has_errors:

@@ -15,10 +15,12 @@ from splinebba_cli.project.model_observations import Observations
 from splinebba_cli.project.model_simulation import Simulation
 from splinebba_cli.project.scalars import (
     AngleUnit,
+    FileName,
     Model,
+    Name,
+    Note,
     OrItsTable,
     RotationSequence,
-    Text,
     TriplePosition,
 )
 
@@ -28,9 +30,9 @@ FORMAT_VERSION = 1
 class ProjectInfo(Model):
     """What the project is, and its units."""
 
-    name: Text = Field(description="Name of the project.", min_length=1)
-    description: Text | None = Field(default=None, description="What it is, for readers.")
-    crs: Text | None = Field(
+    name: Name = Field(description="Name of the project.")
+    description: Note | None = Field(default=None, description="What it is, for readers.")
+    crs: Note | None = Field(
         default=None, description="Note on the coordinate reference system; must be Cartesian."
     )
     object_unit: Literal["m"] = Field(default="m", description="Unit of object coordinates: metres.")
@@ -44,6 +46,11 @@ class ProjectInfo(Model):
             "omega-phi-kappa: R = Rx(ω) Ry(φ) Rz(κ); phi-omega-kappa: R = Ry(φ) Rx(ω) Rz(κ); R turns "
             "photo axes into object axes. Needed where there are angles."
         ),
+    )
+    table_folders: list[FileName] = Field(
+        default_factory=list,
+        description="Further folders, relative to the project file, in which side tables may lie; default: none, all "
+        "tables lie in the folder of the project file or below it.",
     )
     local_origin: TriplePosition | None = Field(
         default=None,

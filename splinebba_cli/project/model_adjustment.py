@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from splinebba_cli.project.scalars import Model, PositiveNumber, Text
+from splinebba_cli.project.scalars import Model, Name, PositiveNumber
 
 
 class Knots(Model):
@@ -24,13 +24,13 @@ class Knots(Model):
 class DatumFeatures(Model):
     """Over which coordinates inner constraints run: the trace of their dispersion is the smallest of all datums."""
 
-    points: Literal["all"] | list[Text] = Field(
+    points: Literal["all"] | list[Name] = Field(
         default_factory=list, description="Points whose free coordinates carry the datum, or all."
     )
-    images: Literal["all"] | list[Text] = Field(
+    images: Literal["all"] | list[Name] = Field(
         default_factory=list, description="Images whose perspective centres carry the datum, or all."
     )
-    splines: Literal["all"] | list[Text] = Field(
+    splines: Literal["all"] | list[Name] = Field(
         default_factory=list, description="Splines whose knots carry the datum, or all."
     )
 

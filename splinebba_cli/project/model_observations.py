@@ -7,13 +7,13 @@ from typing import Literal
 from pydantic import Field
 
 from splinebba_cli.project.model_tables import TableOrRows
-from splinebba_cli.project.scalars import AngleUnit, ImageCoordinates, Model, PositiveNumber, ScalePair, Text
+from splinebba_cli.project.scalars import AngleUnit, ImageCoordinates, Model, Name, PositiveNumber, ScalePair
 
 
 class ObservationGroup(TableOrRows):
     """Image points of one kind and precision."""
 
-    name: Text | None = Field(default=None, description="Name of the group, for residual statistics.")
+    name: Name | None = Field(default=None, description="Name of the group, for residual statistics.")
     image_coordinates: ImageCoordinates | None = Field(
         default=None, description="Frame and unit of x and y; default: as the camera says."
     )
@@ -50,7 +50,7 @@ class ArcLengthGroup(TableOrRows):
     larger σ.
     """
 
-    name: Text | None = Field(default=None, description="Name of the group, for residual statistics.")
+    name: Name | None = Field(default=None, description="Name of the group, for residual statistics.")
     method: Literal["gauss-legendre", "simpson"] = Field(
         default="gauss-legendre",
         description=(
@@ -74,7 +74,7 @@ class TangentGroup(TableOrRows):
     (clockwise on the screen where y points down).  Like arc lengths, directions are correlated with the points.
     """
 
-    name: Text | None = Field(default=None, description="Name of the group, for residual statistics.")
+    name: Name | None = Field(default=None, description="Name of the group, for residual statistics.")
     image_coordinates: ImageCoordinates | None = Field(
         default=None, description="Frame in which the angles count; default: as the camera says."
     )
@@ -100,7 +100,7 @@ class DistanceGroup(TableOrRows):
     They fix the scale of a network that has no control.
     """
 
-    name: Text | None = Field(default=None, description="Name of the group, for residual statistics.")
+    name: Name | None = Field(default=None, description="Name of the group, for residual statistics.")
     between: Literal["points", "images"] = Field(
         default="points",
         description="points: `from` and `to` are points of the project; images: perspective centres of images.",

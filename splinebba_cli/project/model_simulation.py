@@ -6,13 +6,13 @@ from typing import Annotated
 
 from pydantic import Field
 
-from splinebba_cli.project.scalars import Model, NonNegativeNumber, Share, Text
+from splinebba_cli.project.scalars import Model, NonNegativeNumber, Note, Share
 
 
 class Simulation(Model):
     """How `simulate` measures a project anew; not used by the adjustment."""
 
-    block: Text | None = Field(default=None, description="Kind of the simulated block; a note.")
+    block: Note | None = Field(default=None, description="Kind of the simulated block; a note.")
     seed: Annotated[int | None, Field(ge=0)] = Field(default=None, description="Seed of all errors.")
     image_sigma_um: NonNegativeNumber | None = Field(
         default=None,

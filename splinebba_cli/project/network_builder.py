@@ -31,6 +31,7 @@ from splinebba_cli.project.build_observations import (
 )
 from splinebba_cli.project.build_points import PointRows, read_points
 from splinebba_cli.project.build_settings import settings_of
+from splinebba_cli.project.plausibility import check_knot_spacing
 from splinebba_cli.project.semantic_checks import (
     check_datum_features,
     check_extent,
@@ -53,7 +54,7 @@ def build_network(building: Building) -> Network | None:
     check_images(images, building)
     points = read_points(building)
     curves = read_curves(building)
-    on_points = read_observations("point", building, images, points.index(), frames)
+    on_points = read_observations("point", building, images, points.declared(), frames)
     on_curves = read_observations("spline", building, images, _declared_splines(building, curves), frames)
     measured = bool(on_points.groups or on_curves.groups)
     if building.collector.has_errors and not (images.ids and measured):
@@ -65,6 +66,7 @@ def build_network(building: Building) -> Network | None:
     if _incomplete(building):
         return None
     check_extent(building, images, points, curves)
+    check_knot_spacing(curves, building)
     kept_points, kept_curves = _features_taking_part(building, images, points, curves, on_points, on_curves)
     origin = local_origin(building, images, points, curves)
     built_images = build_images(images, origin, building)
@@ -134,6 +136,8 @@ def _features_taking_part(
 
 def _incomplete(building: Building) -> bool:
     """Whether tables, references or features are broken, so that counting who sees whom would mislead."""
+    if building.unread:
+        return True
     broken = ("SBB4", "SBB301", "SBB302", "SBB307", "SBB308", "SBB312", "SBB206")
     return any(d.severity == "error" and d.code.startswith(broken) for d in building.collector.items)
 

@@ -23,13 +23,17 @@ from splinebba_cli.project.build_images import ANGLE_FACTORS, SEQUENCES
 from splinebba_cli.project.model_images import EOP_KEYS
 from splinebba_cli.project.shortest_text import shortest_texts
 
+COMMENT = "#"  # at the beginning of a line, outside of quotation marks
+
 
 def csv_text(columns: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A CSV table with a header."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
+    quoting = csv.writer(out, lineterminator="\n", quoting=csv.QUOTE_ALL)
     writer.writerow(columns)
-    writer.writerows(rows)
+    for row in rows:
+        (quoting if row[0].startswith(COMMENT) else writer).writerow(row)
     return out.getvalue()
 
 

@@ -53,7 +53,7 @@ def marked_tables(
     source = read_yaml(loaded.path, Collector())
     if source is None:
         return {}
-    reader = TableReader(source, loaded.path.parent, Collector())
+    reader = TableReader(source, loaded.path.parent, Collector(), loaded.model.project.table_folders)
     found = {}
     for key, (wanted, feature) in KINDS.items():
         for group, table, rows in _tables(loaded, reader, key, wanted, feature):

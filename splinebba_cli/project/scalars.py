@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import PurePosixPath
 from typing import Annotated, Any, Literal
 
@@ -16,6 +17,8 @@ from pydantic import (
     WithJsonSchema,
 )
 from pydantic_core import PydanticCustomError
+
+from splinebba_cli.project.plain_text import brief, file_name_problem, id_problem, text_problem
 
 AngleUnit = Literal["deg", "gon", "rad"]
 RotationSequence = Literal["omega-phi-kappa", "phi-omega-kappa"]
@@ -75,14 +78,42 @@ def _text(value: Any) -> Any:
 
 def _id(value: Any) -> Any:
     value = _text(value)
-    if isinstance(value, str):
-        if not value.strip():
-            raise PydanticCustomError("empty_id", "an id must not be empty")
-        if value != value.strip() or any(ord(c) < 32 for c in value):
-            raise PydanticCustomError(
-                "bad_id", "an id must not begin or end with a blank, nor hold control characters"
-            )
+    if isinstance(value, str) and (problem := id_problem(value)):
+        raise PydanticCustomError("bad_id", "an id {problem}", {"problem": problem})
     return value
+
+
+def _name(value: Any) -> Any:
+    value = _text(value)
+    if isinstance(value, str) and (problem := id_problem(value)):
+        raise PydanticCustomError("bad_id", "a name {problem}", {"problem": problem})
+    return value
+
+
+def _note(value: Any) -> Any:
+    value = _text(value)
+    if isinstance(value, str) and (problem := text_problem(value)):
+        raise PydanticCustomError("bad_id", "a text {problem}", {"problem": problem})
+    return value
+
+
+LARGEST_NUMBER = 1e15  # beyond which a double has no millimetres of a metre, and squares overflow soon
+SIGMA_RANGE = (1e-12, 1e12)
+_DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+")
+_THOUSANDS = re.compile(r"[-+]?\d{1,3}([ ,\u00a0\u202f'’]\d{3})+([.,]\d+)?")
+
+
+class OutOfRangeError(ValueError):
+    """A number that nothing measured can have."""
+
+
+def _how_to_write(text: str) -> str:
+    """What is wrong with a text that people take for a number."""
+    if _DECIMAL_COMMA.fullmatch(text):
+        return f"; decimals are written with a point: {text.replace(',', '.')}"
+    if _THOUSANDS.fullmatch(text):
+        return "; write it without marks between thousands"
+    return ""
 
 
 def parse_number(value: Any) -> float:
@@ -90,13 +121,17 @@ def parse_number(value: Any) -> float:
     if isinstance(value, bool) or value is None or isinstance(value, (dict, list)):
         raise ValueError("a number is expected")
     if isinstance(value, str) and "_" in value:
-        raise ValueError(f"`{value}` is not a number")
+        raise ValueError(f"`{brief(value)}` is not a number")
     try:
         number = float(value)
     except (TypeError, ValueError):
-        raise ValueError(f"`{value}` is not a number") from None
+        raise ValueError(
+            f"`{brief(str(value))}` is not a number{_how_to_write(str(value).strip())}"
+        ) from None
     if not math.isfinite(number):
-        raise ValueError(f"`{value}` is not a finite number")
+        raise ValueError(f"`{brief(str(value))}` is not a finite number")
+    if abs(number) > LARGEST_NUMBER:
+        raise OutOfRangeError(f"`{brief(str(value))}` is too large (more than {LARGEST_NUMBER:.0e})")
     return number
 
 
@@ -108,10 +143,16 @@ def parse_sigma(value: Any) -> float:
         return math.inf
     try:
         number = parse_number(value)
+    except OutOfRangeError:
+        raise
     except ValueError as error:
         raise ValueError(f"{error}; a sigma is a positive number, `fixed` or `free`") from None
     if number <= 0.0:
         raise ValueError(f"sigma {value} is not positive; write `fixed` for a value that is not estimated")
+    least, largest = SIGMA_RANGE
+    if not least <= number <= largest:
+        help = "`fixed` says that a value is not estimated, `free` that nothing is known of it"
+        raise OutOfRangeError(f"sigma {value} is not between {least:g} and {largest:g}; {help}")
     return number
 
 
@@ -120,6 +161,8 @@ def _sigma(value: Any) -> float:
         return value  # already read
     try:
         return parse_sigma(value)
+    except OutOfRangeError as error:
+        raise PydanticCustomError("too_large", "{reason}", {"reason": str(error)}) from None
     except ValueError as error:
         raise PydanticCustomError("sigma", "{reason}", {"reason": str(error)}) from None
 
@@ -143,8 +186,18 @@ def sigma_as_written(sigma: float) -> float | str:
 def _number(value: Any) -> float:
     try:
         return parse_number(value)
+    except OutOfRangeError as error:
+        raise PydanticCustomError("too_large", "{reason}", {"reason": str(error)}) from None
     except ValueError as error:
         raise PydanticCustomError("number", "{reason}", {"reason": str(error)}) from None
+
+
+def _number_not_tiny(value: Any) -> float:
+    number = _number(value)
+    if 0.0 < number < SIGMA_RANGE[0]:
+        reason = f"`{brief(str(value))}` is too small (less than {SIGMA_RANGE[0]:g})"
+        raise PydanticCustomError("too_large", "{reason}", {"reason": reason})
+    return number
 
 
 def _pair(value: Any) -> tuple[float, float]:
@@ -160,13 +213,13 @@ def _positive_pair(value: Any) -> tuple[float, float]:
     pair = _pair(value)
     if min(pair) <= 0.0:
         raise PydanticCustomError("positive_pair", "must be greater than 0")
-    return pair
+    return (_number_not_tiny(pair[0]), _number_not_tiny(pair[1]))
 
 
 def _plain_path(value: Any) -> Any:
     value = _text(value)
-    if isinstance(value, str) and (not value.strip() or "\0" in value):
-        raise PydanticCustomError("bad_path", "a file name is expected")
+    if isinstance(value, str) and (problem := file_name_problem(value)):
+        raise PydanticCustomError("bad_path", "{problem}", {"problem": problem})
     return value
 
 
@@ -201,9 +254,11 @@ _PAIR_SCHEMA: dict[str, Any] = {
 }
 
 Text = Annotated[str, BeforeValidator(_text)]
+Note = Annotated[str, BeforeValidator(_note)]
+Name = Annotated[str, BeforeValidator(_name)]
 Id = Annotated[str, BeforeValidator(_id)]
 Number = Annotated[float, BeforeValidator(_number)]
-PositiveNumber = Annotated[float, Field(gt=0), BeforeValidator(_number)]
+PositiveNumber = Annotated[float, Field(gt=0), BeforeValidator(_number_not_tiny)]
 NonNegativeNumber = Annotated[float, Field(ge=0), BeforeValidator(_number)]
 Share = Annotated[float, Field(ge=0, lt=1), BeforeValidator(_number)]
 Sigma = Annotated[

@@ -12,7 +12,9 @@ from pydantic_core import ErrorDetails
 
 from splinebba_cli.project.diagnostics import Collector, listing, suggestion
 from splinebba_cli.project.model import FORMAT_VERSION, Project
-from splinebba_cli.project.yaml_source import YamlPath, YamlSource
+from splinebba_cli.project.plain_text import brief
+from splinebba_cli.project.schema_words import EXAMPLES, HELP_FOR_NAMES, words_of
+from splinebba_cli.project.yaml_source import HELP_FOR_BEGIN, YamlPath, YamlSource
 
 _CODES = {
     "extra_forbidden": "SBB201",
@@ -26,6 +28,9 @@ _CODES = {
     "rows": "SBB206",
     "string_too_short": "SBB202",
     "sigma": "SBB309",
+    "bad_id": "SBB210",
+    "bad_path": "SBB210",
+    "too_large": "SBB205",
     "columns": "SBB402",
 }
 _RANGE = ("greater_than", "greater_than_equal", "less_than", "less_than_equal", "positive_pair")
@@ -42,15 +47,15 @@ def validate(source: YamlSource, collector: Collector) -> tuple[Project | None, 
     mended, so that references and tables can be looked at all the same; None where that is not possible.
     """
     if not isinstance(source.data, dict):
-        help = "it begins with `version: 1`, `project:`, `cameras:`, `images:` …"
-        collector.error("SBB106", "a project is a mapping of sections", source.place(()), help)
+        collector.error("SBB106", "a project is a mapping of sections", source.place(()), HELP_FOR_BEGIN)
         return None, False
     try:
         return Project.model_validate(source.data), True
     except ValidationError as error:
         details = error.errors(include_url=False)
     for detail in details:
-        if not _is_misspelt(detail, details, source):
+        refused = source.resolve(detail["loc"]) in source.refused
+        if not refused and not _is_misspelt(detail, details, source):
             _add(detail, source, collector)
     return _mended(source, details), False
 
@@ -122,14 +127,25 @@ def _add(detail: ErrorDetails, source: YamlSource, collector: Collector) -> None
     if kind == "extra_forbidden":
         key = str(loc[-1])
         known = list(known_keys(loc[:-1]))
-        help = suggestion(key, known) or f"known here: {listing(known, 20)}"
+        help = suggestion(key, known) or _home_of(key) or f"known here: {listing(known, 20)}"
         where = f"`{_spelt(path[:-1])}`" if len(path) > 1 else "the project"
         collector.error("SBB201", f"unknown key `{key}` in {where}", source.place(path, key=True), help)
+        return
+    if kind == "missing" and isinstance(loc[-1], int):
+        given = len(_value_at(source.data, path) or ())
+        if loc[-1] == given:  # the first of those that are missing
+            message = f"`{_spelt(path)}`: more values are expected than {given}"
+            collector.error("SBB206", message, source.place(path), description_of(loc))
         return
     if kind == "missing":
         field = str(loc[-1])
         where = f"`{_spelt(path)}`" if path else "the project"
-        collector.error("SBB202", f"{where} has no `{field}`", source.place(path), description_of(loc))
+        collector.error(
+            "SBB202",
+            f"{where} has no `{field}`",
+            source.place(path),
+            EXAMPLES.get(field, "") or description_of(loc),
+        )
         return
     message, help = _message(detail, path, value, loc)
     number = kind in ("number", "float_parsing") and "not a finite" in message
@@ -147,15 +163,20 @@ def _message(detail: ErrorDetails, path: YamlPath, value: Any, loc: tuple[str | 
         return f"{name} has no value", help
     if kind == "literal_error":
         allowed = [word.strip("' ") for word in str(context["expected"]).replace(" or ", ",").split(",")]
-        return f"{name}: `{value}` is not allowed", suggestion(
-            str(value), allowed
-        ) or f"one of {listing(allowed, 12)}"
+        near = get_close_matches(str(value), allowed, n=2, cutoff=0.5)
+        guess = f"did you mean `{near[0]}`? " if len(near) == 1 else ""
+        return f"{name}: `{brief(str(value))}` is not allowed", f"{guess}allowed: {listing(allowed, 16)}"
     if path == ("version",) and kind != "int_parsing":
         return f"format version {value} is not known", f"this program reads version {FORMAT_VERSION}"
-    text = detail["msg"]
-    text = text[0].lower() + text[1:] if text and not text.startswith("`") else text
-    shown = f" (`{value}`)" if isinstance(value, str) and len(value) < 40 and value not in text else ""
-    return f"{name}: {text}{shown}", help
+    if kind == "bad_id":
+        help = HELP_FOR_NAMES
+    return f"{name}: {words_of(detail, value)}", help
+
+
+def _home_of(key: str) -> str:
+    """The section that a key belongs to, for one that stands elsewhere."""
+    homes = [section for section in Project.model_fields if key in known_keys((section,))]
+    return f"`{key}` belongs into `{homes[0]}`" if len(homes) == 1 else ""
 
 
 def _spelt(path: YamlPath) -> str:

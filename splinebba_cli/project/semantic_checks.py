@@ -13,7 +13,7 @@ from splinebba_cli.project.build_curves import CurveRows, position_rows
 from splinebba_cli.project.build_images import ImageRows
 from splinebba_cli.project.build_observations import ObservationRows
 from splinebba_cli.project.build_points import PointRows
-from splinebba_cli.project.diagnostics import Place, Places, suggestion
+from splinebba_cli.project.diagnostics import Place, Places
 from splinebba_cli.project.yaml_source import YamlPath
 
 LARGEST_EXTENT_M = 1.0e6
@@ -216,8 +216,7 @@ def check_datum_features(
         for number, name in enumerate(() if names == "all" else names):
             if name not in ids:
                 place = building.source.place((*path, key, number))
-                help = suggestion(name, ids)
-                building.collector.error("SBB301", f"unknown {key[:-1]} `{name}`", place, help)
+                building.unknown(key[:-1], name, place, ids)
     if not any(getattr(features, key) for key in ("images", "points", "splines")):
         building.collector.error(
             "SBB202",

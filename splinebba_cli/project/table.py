@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,8 @@ import numpy as np
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.project.diagnostics import SHOWN_PER_KIND, Collector, Place
 from splinebba_cli.project.labels import Labels
-from splinebba_cli.project.scalars import parse_number, parse_sigma
+from splinebba_cli.project.plain_text import id_problem
+from splinebba_cli.project.scalars import LARGEST_NUMBER, SIGMA_RANGE, parse_number, parse_sigma
 
 _BLANKS = {"", "-", "na", "NA"}
 _YES, _NO = {"yes", "true", "1", "", "-"}, {"no", "false", "0"}
@@ -47,11 +49,13 @@ class Table:
         """A column of identifiers, each different one once; an empty one is an error (once for each row)."""
         if name not in self._labels:
             self._labels[name] = self.words(name)
-            empty = [number for number, text in enumerate(self._labels[name].names) if not text]
-            for number in empty:
-                self._report(
-                    np.flatnonzero(self._labels[name].number == number), name, lambda row: f"no `{name}`"
-                )
+            for number, text in enumerate(self._labels[name].names):
+                if not text:
+                    rows = np.flatnonzero(self._labels[name].number == number)
+                    self._report(rows, name, lambda row: f"no `{name}`")
+                elif problem := id_problem(text):
+                    rows = np.flatnonzero(self._labels[name].number == number)[:1]
+                    self._report(rows, name, partial("`{}` {}".format, name, problem), "SBB210")
         return self._labels[name]
 
     def words(self, name: str) -> Labels:
@@ -76,21 +80,15 @@ class Table:
         raw = self.columns[name]
         if isinstance(raw, np.ndarray):
             values = np.asarray(raw, dtype=np.float64)
-            if not np.isfinite(values).all():
-                bad = np.flatnonzero(~np.isfinite(values) & ~(np.isnan(values) & optional))
-                self._report(
-                    bad,
-                    name,
-                    lambda row: (
-                        f"no `{name}`" if np.isnan(values[row]) else f"`{name}` is not a finite number"
-                    ),
-                )
+            if not (np.abs(values) <= LARGEST_NUMBER).all():
+                bad = np.flatnonzero(~(np.abs(values) <= LARGEST_NUMBER) & ~(np.isnan(values) & optional))
+                self._report(bad, name, lambda row: _what_is_wrong(name, float(values[row])))
             return values
         if isinstance(raw, Labels):
             return self._by_name(name, parse_number, blank=math.nan if optional else None)
         try:
             values = np.array(list(map(float, raw)), dtype=np.float64)
-            if np.isfinite(values).all() and not any(map("_".__eq__, set("".join(raw)))):
+            if (np.abs(values) <= LARGEST_NUMBER).all() and not any(map("_".__eq__, set("".join(raw)))):
                 return values
         except (ValueError, TypeError):
             pass
@@ -104,12 +102,16 @@ class Table:
             bad = np.flatnonzero((values < 0.0) if binary else (values <= 0.0))
             help = "" if binary else "; write `fixed` for a value that is not estimated"
             self._report(bad, name, lambda row: f"sigma {values[row]:g} is not positive{help}", "SBB309")
+            least, largest = SIGMA_RANGE
+            far = (values > 0.0) & np.isfinite(values) & ((values < least) | (values > largest))
+            message = f"is not between {least:g} and {largest:g}"
+            self._report(np.flatnonzero(far), name, lambda row: f"sigma {values[row]:g} {message}")
             return values
         if isinstance(raw, Labels):
             return self._by_name(name, parse_sigma, blank=math.nan)
         try:
             values = np.array(list(map(float, raw)), dtype=np.float64)
-            if np.isfinite(values).all() and (values > 0.0).all():
+            if ((values >= SIGMA_RANGE[0]) & (values <= SIGMA_RANGE[1])).all():
                 return values
         except (ValueError, TypeError):
             pass
@@ -179,6 +181,12 @@ class Table:
     def _count_more(self, name: str, more: int, code: str = "SBB403") -> None:
         if more > 0:
             self.collector.count_more(code, self.file, f"bad values in column `{name}`", more)
+
+
+def _what_is_wrong(name: str, value: float) -> str:
+    if math.isnan(value):
+        return f"no `{name}`"
+    return f"`{name}` is not a finite number" if math.isinf(value) else f"`{name}`: {value:g} is too large"
 
 
 def _stripped(values: Sequence[Any]) -> Labels:

@@ -3,27 +3,31 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from splinebba_cli.core.network import IntArray
 from splinebba_cli.project.diagnostics import Collector, Place, listing, suggestion
+from splinebba_cli.project.file_content import NoContentError, TooLargeError, file_content, names_in
 from splinebba_cli.project.model_tables import TableOptions, TableOrRows
+from splinebba_cli.project.parquet_table import table_from_parquet
 from splinebba_cli.project.regular_table import Shape, first_line, regular_columns
 from splinebba_cli.project.scalars import is_parquet
 from splinebba_cli.project.table import Table
+from splinebba_cli.project.table_cells import cells_of, separator_of
+from splinebba_cli.project.table_folders import folders_seen_from, lies_within
 from splinebba_cli.project.tables import (
     TableUnreadableError,
-    cells_of,
-    separator_of,
     table_from_columns,
-    table_from_parquet,
     table_from_rows,
     table_from_text,
 )
+from splinebba_cli.project.text_position import decoded, lines_of
 from splinebba_cli.project.yaml_source import YamlPath, YamlSource
 
 TEXTS = frozenset(
@@ -52,6 +56,7 @@ class TableReader:
     source: YamlSource
     folder: Path
     collector: Collector
+    folders: Sequence[str] = ()  # further ones in which tables may lie
     hashes: dict[str, str] = field(default_factory=dict)
     _contents: dict[str, bytes | None] = field(default_factory=dict)
     _tables: dict[str, Table | None] = field(default_factory=dict)
@@ -115,12 +120,12 @@ class TableReader:
         if isinstance(spec.columns, tuple):
             columns = self._declared(spec.columns, path, wanted)
         if is_parquet(name):
-            self._content(name, at)
+            content = self._content(name, at)
             if columns is not None:
                 help = "a Parquet table names its columns: give a mapping, or leave `columns` out"
                 self.collector.error("SBB402", "a list of columns for a Parquet table", at, help)
                 raise TableUnreadableError
-            return table_from_parquet(file, file=str(file), collector=self.collector, declared_at=at)
+            return table_from_parquet(content, file=str(file), collector=self.collector, declared_at=at)
         regular = self._regular(spec, name, columns, at, wanted)
         if regular is not None:
             return regular
@@ -186,19 +191,7 @@ class TableReader:
             self.collector.error("SBB402", "rows in the project file need `columns`", at, help)
             raise TableUnreadableError
         if isinstance(spec.data, str):
-            first = self.source.blocks.get(data_path)
-            span = self.source.values.get(data_path)
-            return table_from_text(
-                spec.data,
-                file=self.source.file,
-                collector=self.collector,
-                columns=columns,
-                header=spec.header,
-                delimiter=spec.delimiter,
-                first_line=first if first is not None else span.line if span else 0,
-                source_lines=self.source.lines,
-                declared_at=at,
-            )
+            return self._inline_text(spec, spec.data, data_path, at, columns)
         return table_from_rows(
             spec.data or (),
             file=self.source.file,
@@ -208,6 +201,28 @@ class TableReader:
                 (*data_path, row) if cell is None else (*data_path, row, cell)
             ),
             declared_at=at,
+        )
+
+    def _inline_text(
+        self, spec: TableOrRows, data: str, data_path: YamlPath, at: Place, columns: tuple[str, ...] | None
+    ) -> Table:
+        """Rows of a text; only those of a literal block stand line by line in the file."""
+        if data_path in self.source.folded:
+            place = self.source.place(data_path)
+            self.collector.error("SBB203", "rows in a folded block: `>` joins lines", place, "write `|`")
+            raise TableUnreadableError
+        first = self.source.blocks.get(data_path)
+        return table_from_text(
+            data,
+            file=self.source.file,
+            collector=self.collector,
+            columns=columns,
+            header=spec.header,
+            delimiter=spec.delimiter,
+            first_line=first or 0,
+            source_lines=self.source.lines if first is not None else None,
+            declared_at=at,
+            whole=None if first is not None else self.source.place(data_path),
         )
 
     def _default_columns(self, spec: TableOrRows, default: Sequence[str]) -> tuple[str, ...]:
@@ -249,7 +264,7 @@ class TableReader:
 
     def _named(self, table: Table, spec: TableOrRows, path: YamlPath, at: Place, wanted: Wanted) -> Table:
         """The table with its columns under our names."""
-        ours = {}
+        ours, unused = {}, []
         if isinstance(spec.columns, dict):
             for name, theirs in spec.columns.items():
                 if theirs in table.columns:
@@ -265,10 +280,7 @@ class TableReader:
                 if name in wanted.known:
                     ours[name] = theirs
                 elif spec.columns is None:
-                    help = suggestion(theirs, wanted.known) or f"known: {listing(wanted.known, 20)}"
-                    self.collector.warning(
-                        "SBB402", f"column `{theirs}` of `{table.file}` is not used", at, help
-                    )
+                    unused.append(theirs)
         missing = [name for name in wanted.required if name not in ours]
         if missing:
             help = suggestion(missing[0], set(table.columns) - set(ours.values()))
@@ -277,6 +289,9 @@ class TableReader:
                 help += "; if its first row is no header, declare `columns: [...]`"
             self.collector.error("SBB402", f"`{table.file}` has no column {listing(missing)}", at, help)
             raise TableUnreadableError
+        for theirs in unused:
+            help = suggestion(theirs, wanted.known) or f"known: {listing(wanted.known, 20)}"
+            self.collector.warning("SBB402", f"column `{theirs}` of `{table.file}` is not used", at, help)
         place_of = table.place_of
         renamed = {name: table.columns[theirs] for name, theirs in ours.items()}
         return Table(
@@ -290,11 +305,19 @@ class TableReader:
 
     def _content(self, name: str, at: Place) -> bytes:
         file = self.folder / name
+        if not lies_within(file, self.folder, self.folders):
+            real = Path(os.path.realpath(file)).parent
+            folder = folders_seen_from(self.folder, real, ())[0] if name.startswith("..") else real
+            help = f"copy it beside the project, or declare `table_folders: [{folder}]` in `project`"
+            self.collector.error("SBB408", f"table `{name}` lies outside of the project's folder", at, help)
+            raise TableUnreadableError
         try:
-            content = file.read_bytes()
-        except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or str(error)
-            near = suggestion(file.name, _names_in(file.parent))
+            content = file_content(file)
+        except TooLargeError as reason:
+            self.collector.error("SBB409", f"table `{name}` is too large: {reason}", at, "split the block")
+            raise TableUnreadableError from None
+        except NoContentError as reason:
+            near = suggestion(file.name, names_in(file.parent))
             self.collector.error("SBB401", f"table `{name}` cannot be read: {reason}", at, near)
             raise TableUnreadableError from None
         self.hashes[name] = hashlib.sha256(content).hexdigest()
@@ -311,19 +334,15 @@ class TableReader:
         return content
 
     def _text(self, name: str, at: Place) -> str:
-        content = self._bytes(name, at)
-        try:
-            return content.decode()
-        except UnicodeDecodeError as error:
-            line = content[: error.start].count(b"\n") + 1
-            place = Place(str(self.folder / name), line)
-            self.collector.error("SBB103", f"`{name}` is not UTF-8", place, "save it as UTF-8")
+        content, file = self._bytes(name, at), str(self.folder / name)
+        text = decoded(content, file, partial(self.collector.error, "SBB103"))
+        if text is not None and "\0" in text:
+            lines = lines_of(text[: text.index("\0") + 1])
+            place = Place(file, len(lines), len(lines[-1]), 1, lines[-1])
+            help = "it is no text: a table is CSV, or Parquet with a name that ends in .parquet"
+            self.collector.error("SBB411", "a NUL character in the table", place, help)
+            text = None
+        if text is None:
             self._contents[name] = None
-            raise TableUnreadableError from None
-
-
-def _names_in(folder: Path) -> list[str]:
-    try:
-        return [item.name for item in folder.iterdir()]
-    except OSError:
-        return []
+            raise TableUnreadableError
+        return text

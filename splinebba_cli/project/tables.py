@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
 from typing import Any, cast
 
 from splinebba_cli.project.diagnostics import SHOWN_PER_KIND, Collector, Place
-from splinebba_cli.project.regular_table import Columns, LinesOfBytes, arrow_labels
+from splinebba_cli.project.regular_table import Columns, LinesOfBytes
 from splinebba_cli.project.table import Table
-
-_SEPARATORS = {"comma": ",", "semicolon": ";", "tab": "\t"}
+from splinebba_cli.project.table_cells import cells_of, field_span, separator_of, unclosed_quotation
+from splinebba_cli.project.text_position import lines_of
 
 
 class TableUnreadableError(Exception):
@@ -31,6 +28,7 @@ def table_from_text(
     first_line: int = 0,
     source_lines: Sequence[str] | None = None,
     declared_at: Place | None = None,
+    whole: Place | None = None,
 ) -> Table:
     """Read rows of text.
 
@@ -48,8 +46,10 @@ def table_from_text(
         Lines of the file for snippets; None: `text` is the file.
     declared_at : Place or None
         Where the project names the table.
+    whole : Place or None
+        Where the text as a whole stands, if its rows are no lines of the file.
     """
-    lines = text.splitlines()
+    lines = lines_of(text)
     content, numbers = _content_lines(text, lines)
     head = declared_at or Place(file, first_line + 1, 1)
     if not content:
@@ -64,11 +64,13 @@ def table_from_text(
         first_line,
         source_lines if source_lines is not None else lines,
         separator,
+        whole,
     )
     names = (
         list(columns) if columns is not None else [cell.strip() for cell in cells_of(content[0], separator)]
     )
-    _check_names(names, Place(file, numbers[0] + first_line + 1, 1, len(content[0]), content[0]), collector)
+    top = replace(where, numbers=numbers)
+    _check_names(names, top, collector)
     if not body:
         collector.error("SBB405", "the table has a header but no rows", head)
         raise TableUnreadableError
@@ -114,12 +116,15 @@ class _Positions:
     first_line: int
     lines: Sequence[str]  # of the file
     separator: str | None
+    whole: Place | None = None  # of rows that are no lines of the file
 
     def of(self, row: int, column: int | None) -> Place:
         """Place of a field, or of a whole row."""
+        if self.whole is not None:
+            return self.whole
         line = self.numbers[row] + self.first_line
         snippet = self.lines[line] if line < len(self.lines) else ""
-        start, length = (0, len(snippet)) if column is None else _field_span(snippet, self.separator, column)
+        start, length = (0, len(snippet)) if column is None else field_span(snippet, self.separator, column)
         return Place(self.file, line + 1, start + 1, length, snippet)
 
 
@@ -131,23 +136,6 @@ def _content_lines(text: str, lines: list[str]) -> tuple[list[str], Sequence[int
     return [lines[i] for i in numbers], numbers
 
 
-def separator_of(line: str, delimiter: str) -> str | None:
-    """The character between fields, None for blanks."""
-    if delimiter == "auto":
-        return next((s for s in "\t;," if s in line), None)
-    return _SEPARATORS.get(delimiter)
-
-
-def cells_of(line: str, separator: str | None) -> list[str]:
-    """Fields of one line; an unclosed quotation makes it one field."""
-    if separator is None:
-        return line.split()
-    if '"' not in line:
-        return line.split(separator)
-    rows = list(csv.reader([line, ""], delimiter=separator, skipinitialspace=True))
-    return rows[0] if len(rows) == 2 or line.count('"') % 2 == 0 else [line]
-
-
 def _columns(lines: list[str], separator: str | None, width: int) -> list[Sequence[str]]:
     """Columns of lines that all have `width` fields."""
     if separator is not None and not any('"' in line for line in lines):
@@ -157,31 +145,14 @@ def _columns(lines: list[str], separator: str | None, width: int) -> list[Sequen
     return [fields[number::width] for number in range(width)]
 
 
-def _field_span(line: str, separator: str | None, index: int) -> tuple[int, int]:
-    """Start and length of a field within its line."""
-    position = 0
-    if separator is None:
-        for _ in range(index + 1):
-            while position < len(line) and line[position].isspace():
-                position += 1
-            start = position
-            while position < len(line) and not line[position].isspace():
-                position += 1
-        return start, max(1, position - start)
-    fields = line.split(separator)
-    if index >= len(fields):
-        return len(line), 1
-    start = sum(len(cell) + 1 for cell in fields[:index])
-    cell = fields[index]
-    lead = len(cell) - len(cell.lstrip()) if cell.strip() else 0
-    return start + lead, max(1, len(cell.strip()))
-
-
-def _check_names(names: list[str], place: Place, collector: Collector) -> None:
-    twice = sorted({name for name in names if name != "-" and names.count(name) > 1})
-    if twice:
-        collector.error("SBB402", f"two columns are named `{twice[0]}`", place)
-        raise TableUnreadableError
+def _check_names(names: list[str], top: _Positions, collector: Collector) -> None:
+    """No two columns have one name."""
+    for number, name in enumerate(names):
+        if name != "-" and name in names[:number]:
+            first = top.of(0, names.index(name)).column
+            help = f"the first one is at column {first}"
+            collector.error("SBB402", f"two columns are named `{name}`", top.of(0, number), help)
+            raise TableUnreadableError
 
 
 def _check_widths(
@@ -194,14 +165,46 @@ def _check_widths(
     else:
         counts = [line.count(separator) + 1 for line in lines]
     bad = [row for row, count in enumerate(counts) if count != width]
+    _check_quotations([(row, lines[row]) for row in bad], where, collector)
     for row in bad[:SHOWN_PER_KIND]:
         expected = "declared columns" if declared else "columns of the header"
         message = f"{counts[row]} fields in a row, {width} {expected}"
-        collector.error("SBB404", message, where.of(row, None))
+        collector.error(
+            "SBB404", message, where.of(row, None), _help_for_width(counts[row], width, separator)
+        )
     if bad:
         if len(bad) > SHOWN_PER_KIND:
             collector.count_more("SBB404", where.file, "rows with a wrong number of fields", len(bad))
         raise TableUnreadableError
+
+
+def _check_quotations(rows: list[tuple[int, str]], where: _Positions, collector: Collector) -> None:
+    """A row in which a quotation has no end says so instead of its number of fields."""
+    for row, line in rows:
+        if unclosed_quotation(line, where.separator) is None:
+            continue
+        whole = where.of(row, None)
+        column = unclosed_quotation(whole.snippet, where.separator) or 0
+        place = replace(whole, column=column + 1, length=len(whole.snippet) - column)
+        help = 'a field ends in the line in which it begins; write `""` for a mark within quotation marks'
+        collector.error("SBB410", "a quotation mark without its end", place, help)
+        raise TableUnreadableError
+
+
+def _help_for_width(count: int, width: int, separator: str | None) -> str:
+    if 1 < count < width and separator is not None:
+        return (
+            f"an empty field keeps its `{separator}`" if separator != "\t" else "an empty field keeps its tab"
+        )
+    if count == 1 and width > 1 and separator is not None:
+        return (
+            f"the first row has `{separator}` between its fields" if separator != "\t" else "tabs are missing"
+        )
+    if count > width and separator == ",":
+        return "a comma separates fields: write decimals with a point, or choose another `delimiter`"
+    if count > width and separator is None:
+        return "blanks separate fields: a field that holds one needs another `delimiter` and quotation marks"
+    return ""
 
 
 def table_from_rows(
@@ -231,36 +234,3 @@ def table_from_rows(
     by_column = dict(zip(names, zip(*rows, strict=True), strict=True))
     by_column.pop("-", None)
     return Table(file, by_column, len(rows), place_of, collector, declared_at)
-
-
-def table_from_parquet(path: Path, *, file: str, collector: Collector, declared_at: Place) -> Table:
-    """Read a Parquet file; needs pyarrow."""
-    try:
-        from pyarrow import parquet  # type: ignore[import-untyped,unused-ignore]
-    except ImportError:
-        help = "install `splinebba[parquet]`, or write the table as CSV"
-        collector.error("SBB406", "Parquet needs pyarrow, which is not installed", declared_at, help)
-        raise TableUnreadableError from None
-    try:
-        content = parquet.read_table(io.BytesIO(path.read_bytes()))
-    except Exception as error:  # noqa: BLE001 — pyarrow raises its own kinds
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        collector.error("SBB401", f"`{file}` cannot be read: {reason}", declared_at)
-        raise TableUnreadableError from None
-    columns: dict[str, Sequence[Any]] = {}
-    for name in content.column_names:
-        column = content.column(name)
-        kind = str(column.type)
-        if kind.startswith(("double", "float", "halffloat")):
-            columns[name] = column.to_numpy()
-        else:
-            encoded = column if kind.startswith("dictionary") else column.dictionary_encode()
-            columns[name] = arrow_labels(encoded)
-    if content.num_rows == 0:
-        collector.error("SBB405", "the table has no rows", declared_at)
-        raise TableUnreadableError
-
-    def place_of(row: int, name: str) -> Place:
-        return Place(file)
-
-    return Table(file, columns, content.num_rows, place_of, collector, declared_at)

@@ -9,12 +9,22 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from splinebba_cli.project.diagnostics import Collector, Place
+from splinebba_cli.project.diagnostics import Collector, Place, suggestion
+from splinebba_cli.project.file_content import (
+    LARGEST_PROJECT_FILE,
+    NoContentError,
+    TooLargeError,
+    file_content,
+    names_in,
+)
+from splinebba_cli.project.text_position import decoded
+from splinebba_cli.project.yaml_errors import report_syntax_error
 
 if TYPE_CHECKING:
     Loader = yaml.SafeLoader
@@ -24,9 +34,14 @@ else:
 YamlPath = tuple[str | int, ...]
 
 MAX_DEPTH = 64
-MAX_ALIASED_NODES = 10_000
+HELP_FOR_BEGIN = "it begins with `version: 1`, `project:`, `cameras:`, `images:` …"
+MAX_ALIASED = 100_000  # values that aliases may repeat; a long text counts as several
+_LONG_TEXT = 100  # characters
 _LINE_BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # YAML's
-_STANDARD_TAG = "tag:yaml.org,2002:"
+_TAGS = frozenset(
+    f"tag:yaml.org,2002:{kind}"
+    for kind in ("null", "bool", "int", "float", "str", "timestamp", "value", "merge", "seq", "map")
+)
 
 
 @dataclass(frozen=True)
@@ -45,7 +60,9 @@ class YamlSource:
     data: Any = None
     keys: dict[YamlPath, _Span] = field(default_factory=dict)
     values: dict[YamlPath, _Span] = field(default_factory=dict)
-    blocks: dict[YamlPath, int] = field(default_factory=dict)  # first line (from 0) of block scalars
+    blocks: dict[YamlPath, int] = field(default_factory=dict)  # first line (from 0) of literal block scalars
+    folded: set[YamlPath] = field(default_factory=set)  # folded block scalars
+    refused: set[YamlPath] = field(default_factory=set)  # values that are reported already, and None
 
     def place(self, path: YamlPath, *, key: bool = False) -> Place:
         """Where a value stands, or its key; a path that does not exist gives its nearest parent."""
@@ -61,6 +78,11 @@ class YamlSource:
         """Place of a line and column, both from 0."""
         text = self.lines[line] if line < len(self.lines) else ""
         return Place(self.file, line + 1, column + 1, max(1, length), text)
+
+    def within(self, position: tuple[int, int]) -> tuple[int, int]:
+        """A position, or, of one behind the text, the end of its last line."""
+        last = next((n for n in range(len(self.lines) - 1, -1, -1) if self.lines[n].strip()), 0)
+        return position if position[0] <= last else (last, len(self.lines[last].rstrip()))
 
     def at_mark(self, mark: Any, length: int = 1) -> Place:
         """Place of a mark of the parser."""
@@ -85,49 +107,34 @@ def read_yaml(path: Path, collector: Collector, file: str | None = None) -> Yaml
     """Read and parse a YAML file; None where it cannot be parsed (the collector then holds an error)."""
     name = file if file is not None else str(path)
     try:
-        content = path.read_bytes()
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        collector.error("SBB101", f"`{name}` cannot be read: {reason}", Place(name))
+        content = file_content(path, LARGEST_PROJECT_FILE)
+    except TooLargeError as reason:
+        help = "move the data to side tables (`table: file.csv`), which may be as large as the memory"
+        collector.error("SBB109", f"`{name}` is no project file: {reason}", Place(name), help)
+        return None
+    except NoContentError as reason:
+        help = suggestion(path.name, names_in(path.parent))
+        collector.error("SBB101", f"`{name}` cannot be read: {reason}", Place(name), help)
         return None
     return parse_yaml(content, name, collector)
 
 
 def parse_yaml(content: bytes | str, file: str, collector: Collector) -> YamlSource | None:
     """Parse YAML text; None where it is no YAML (the collector then holds an error)."""
-    text = _decoded(content, file, collector) if isinstance(content, bytes) else content
+    text = content if isinstance(content, str) else decoded(content, file, partial(collector.error, "SBB103"))
     if text is None:
         return None
     source = YamlSource(file, _LINE_BREAK.split(text))
     try:
         root = _composed(text, source, collector)
     except yaml.YAMLError as error:
-        _syntax_error(error, source, collector)
+        report_syntax_error(error, source, collector)
         return None
     if root is None:
         return None
-    source.data = _Walker(source, collector).walk(root)
-    return source
-
-
-def _decoded(content: bytes, file: str, collector: Collector) -> str | None:
-    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
-        help = "save it as UTF-8"
-        collector.error("SBB103", "the file is UTF-16, not UTF-8", Place(file, 1, 1), help)
-        return None
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        before = content[: error.start]
-        line = before.count(b"\n")
-        start = before.rfind(b"\n") + 1
-        column = len(before[start:].decode("utf-8", "replace"))
-        end = content.find(b"\n", error.start)
-        snippet = content[start : end if end >= 0 else None].decode("latin-1").rstrip("\r")
-        message = f"byte 0x{content[error.start]:02x} is not UTF-8"
-        help = "save the file as UTF-8 (it looks like Latin-1 or Windows-1252)"
-        collector.error("SBB103", message, Place(file, line + 1, column + 1, 1, snippet), help)
-        return None
+    walker = _Walker(source, collector)
+    source.data = walker.walk(root)
+    return None if walker.exhausted else source
 
 
 def _composed(text: str, source: YamlSource, collector: Collector) -> yaml.Node | None:
@@ -138,7 +145,8 @@ def _composed(text: str, source: YamlSource, collector: Collector) -> yaml.Node 
             depth += 1
             if depth > MAX_DEPTH:
                 place = source.at_mark(event.start_mark)
-                collector.error("SBB105", f"nested deeper than {MAX_DEPTH} levels", place)
+                help = "brackets without their ends? A project has no more than ten levels"
+                collector.error("SBB105", f"nested deeper than {MAX_DEPTH} levels", place, help)
                 return None
         elif isinstance(event, yaml.CollectionEndEvent):
             depth -= 1
@@ -150,39 +158,8 @@ def _composed(text: str, source: YamlSource, collector: Collector) -> yaml.Node 
                 return None
     node = Loader(text).get_single_node()
     if node is None:
-        collector.error("SBB106", "the file is empty", source.at(0, 0))
+        collector.error("SBB106", "the file is empty", source.at(0, 0), HELP_FOR_BEGIN)
     return node
-
-
-def _syntax_error(error: yaml.YAMLError, source: YamlSource, collector: Collector) -> None:
-    if isinstance(error, yaml.reader.ReaderError):
-        character: int | str = error.character
-        number = character if isinstance(character, int) else ord(character[:1] or "?")
-        message = f"character U+{number:04X} is not allowed in YAML"
-        line, column = _line_of_offset(source, error.position)
-        collector.error("SBB102", message, source.at(line, column))
-        return
-    mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
-    message = getattr(error, "problem", None) or str(error)
-    context = getattr(error, "context", None)
-    line, column = (mark.line, mark.column) if mark is not None else (0, 0)
-    help = ""
-    at_mark = source.lines[line][column : column + 1] if line < len(source.lines) else ""
-    if at_mark == "\t":
-        message, help = "a tab in the indentation", "indent with spaces"
-    elif context:
-        message = f"{message} ({context})"
-    if not help and ("mapping values are not allowed" in message or "could not find expected ':'" in message):
-        help = "put a text that contains `: ` in quotes, and a space after the `:` of a key"
-    collector.error("SBB102", message, source.at(line, column), help)
-
-
-def _line_of_offset(source: YamlSource, offset: int) -> tuple[int, int]:
-    for number, line in enumerate(source.lines):
-        if offset <= len(line):
-            return number, offset
-        offset -= len(line) + 1
-    return 0, 0
 
 
 class _Walker:
@@ -191,23 +168,33 @@ class _Walker:
     def __init__(self, source: YamlSource, collector: Collector) -> None:
         self.source = source
         self.collector = collector
-        self.active: set[int] = set()
+        self.active: dict[int, YamlPath] = {}
         self.seen: set[int] = set()
+        self.repeating = 0  # depth within collections that were met before
         self.aliased = 0
         self.exhausted = False
 
     def walk(self, node: yaml.Node, path: YamlPath = ()) -> Any:
         self._record(node, path)
-        if self._refused(node):
+        if self._refused(node, path):
+            self.source.refused.add(path)
             return None
         if isinstance(node, yaml.ScalarNode):
             return self._scalar(node, path)
-        self.active.add(id(node))
+        again = id(node) in self.seen
+        self.seen.add(id(node))
+        self.repeating += again
+        value = self._children(node, path)
+        self.repeating -= again
+        return value
+
+    def _children(self, node: yaml.Node, path: YamlPath) -> Any:
+        self.active[id(node)] = path
         if isinstance(node, yaml.SequenceNode):
             value: Any = [self.walk(child, (*path, i)) for i, child in enumerate(node.value)]
         else:
             value = self._mapping(node, path)
-        self.active.discard(id(node))
+        del self.active[id(node)]
         return value
 
     def _record(self, node: yaml.Node, path: YamlPath) -> None:
@@ -215,34 +202,42 @@ class _Walker:
         length = end.column - start.column if end.line == start.line else 1
         self.source.values[path] = _Span(start.line, start.column, max(1, length))
 
-    def _refused(self, node: yaml.Node) -> bool:
+    def _count(self, node: yaml.Node) -> None:
+        """Add up what aliases repeat."""
+        long = isinstance(node, yaml.ScalarNode) and len(node.value) > _LONG_TEXT
+        if self.repeating or id(node) in self.seen:
+            self.aliased += 1 + (len(node.value) // _LONG_TEXT if long else 0)
+        if long:
+            self.seen.add(id(node))
+
+    def _refused(self, node: yaml.Node, path: YamlPath) -> bool:
         """Whether the node must not be entered: an alias cycle or bomb, or a tag."""
         place = self.source.at(node.start_mark.line, node.start_mark.column)
         if id(node) in self.active:
-            self.collector.error("SBB105", "an alias that contains itself", place)
+            whole = self.active[id(node)]
+            self.source.refused.add(whole)
+            help = "remove the alias `*…` from what its anchor `&…` names"
+            self.collector.error("SBB105", "an alias that contains itself", self.source.place(whole), help)
             return True
-        if id(node) in self.seen:
-            self.aliased += 1
-        elif not isinstance(node, yaml.ScalarNode):
-            self.seen.add(id(node))
-        if self.aliased > MAX_ALIASED_NODES:
+        self._count(node)
+        if self.aliased > MAX_ALIASED:
             if not self.exhausted:
                 help = "write the data out, or use a side table"
                 self.collector.error("SBB105", "aliases expand to too much", place, help)
             self.exhausted = True
         if self.exhausted:
             return True
-        if not node.tag.startswith(_STANDARD_TAG) or node.tag.endswith(
-            (":binary", ":python", ":set", ":omap")
-        ):
-            message = f"the tag `{node.tag}` is not supported"
-            self.collector.error("SBB107", message, place, "remove the tag")
+        if node.tag not in _TAGS:
+            message = f"the tag `{node.tag.replace('tag:yaml.org,2002:', '!!')}` is not supported"
+            self.collector.error("SBB107", message, self.source.place(path), "remove the tag")
             return True
         return False
 
     def _scalar(self, node: yaml.ScalarNode, path: YamlPath) -> str | None:
-        if node.style in ("|", ">"):
+        if node.style == "|":
             self.source.blocks[path] = node.start_mark.line + 1
+        elif node.style == ">":
+            self.source.folded.add(path)
         if node.value == "" and not node.style:
             return None
         return str(node.value)

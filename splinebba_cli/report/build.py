@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from splinebba_cli.output.atomic import write_file_atomically
+from splinebba_cli.output.damaged_results import complete_results
 from splinebba_cli.report.blocks import Report
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.sections import build_report
@@ -55,14 +56,15 @@ def write_report(
 
 def report_of(result_dir: Path, format: ReportFormat, browser: str | None = None) -> str | bytes:
     """The report of a result folder: text, or the bytes of a PDF; arguments and errors of :func:`write_report`."""
-    data = ResultData.load(result_dir)
-    report = build_report(data)
+    with complete_results(result_dir):
+        data = ResultData.load(result_dir)
+        text = rendered(build_report(data), data, "html" if format == "pdf" else format)
     if format != "pdf":
-        return rendered(report, data, format)
+        return text
     from splinebba_cli.report.browser import print_to_pdf
     from splinebba_cli.report.pdf import dated_pdf
 
-    return dated_pdf(print_to_pdf(rendered(report, data, "html"), browser), data)
+    return dated_pdf(print_to_pdf(text, browser), data)
 
 
 def write_reports(folder: Path, data: ResultData, formats: Sequence[TextFormat]) -> None:

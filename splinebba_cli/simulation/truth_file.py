@@ -85,8 +85,15 @@ def read_truth(path: Path, network: Network) -> Truth:
         xyz = [[points[id][axis] for axis in "xyz"] for id in network.points.ids]
         values = [np.array(splines[curve.id]["values"], dtype=np.float64) for curve in network.curves]
         locations = np.array(content.get("locations", []), dtype=np.float64)
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise SimulationError("SBB701", f"`{path}` cannot be read as a truth: {error!r}") from error
+    for kind, numbers in (
+        ("image", eop),
+        ("point", np.array(xyz, dtype=np.float64)),
+        *(("spline", v) for v in values),
+    ):
+        if not np.isfinite(numbers).all():
+            raise SimulationError("SBB701", f"`{path}` has a {kind} with values that are no finite numbers")
     for curve, rows in zip(network.curves, values, strict=True):
         if rows.shape != curve.values.shape:
             message = f"`{path}`: spline `{curve.id}` has {len(rows)} values, the project {len(curve.values)}"
@@ -110,7 +117,7 @@ def read_truth(path: Path, network: Network) -> Truth:
 def _content(path: Path) -> dict[str, Any]:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise SimulationError("SBB701", f"`{path}` cannot be read: {error}") from error
     if not isinstance(content, dict) or content.get("format") != TRUTH_FORMAT:
         raise SimulationError("SBB701", f"`{path}` is not of format {TRUTH_FORMAT}")

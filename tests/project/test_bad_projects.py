@@ -63,7 +63,7 @@ BAD: list[tuple[str, str, str, str, int, int]] = [
     ("sigma: 0.02}", "sigma: [1, 2]}", "SBB206", "not 2", 25, 59),
     (", sigma: 0.02}", "}", "SBB202", "has no σ", 25, 10),
     (", xyz: [100, 100, 10]", "", "SBB308", "no x, y, z", 25, 10),
-    ("xyz: [100, 100, 10]", "xyz: [100, 100]", "SBB202", "xyz", 25, 36),
+    ("xyz: [100, 100, 10]", "xyz: [100, 100]", "SBB206", "than 2", 25, 36),
     ("xyz: [100, 100, 10]", "xyz: [100, 1e8, 10]", "SBB306", "km", 25, 10),
     ("{id: t1, role: tie}", "{id: t1, role: tie, sigma: 1}", "SBB209", "control", 26, 10),
     ("        12:30 coast 2.5 3\n", "        12:31 coast 2.5 3\n", "SBB301", "did you mean `12:30`?", 36, 9),

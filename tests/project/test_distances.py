@@ -50,8 +50,13 @@ def test_distances_between_points_and_between_images(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "code", "message"),
     [
-        ('["1e-6", t1, 3.5]', '["1e-6", t9, 3.5]', "SBB301", "unknown point `t9`"),
-        ('[no, "12:30", 500.1, 0.02]', '[no, "12:31", 500.1, 0.02]', "SBB301", "unknown image `12:31`"),
+        ('["1e-6", t1, 3.5]', '["1e-6", t9, 3.5]', "SBB301", "point `t9` is not declared"),
+        (
+            '[no, "12:30", 500.1, 0.02]',
+            '[no, "12:31", 500.1, 0.02]',
+            "SBB301",
+            "image `12:31` is not declared",
+        ),
         ('["1e-6", t1, 3.5]', '["1e-6", "1e-6", 3.5]', "SBB209", "from a station to itself"),
         ('["1e-6", t1, 3.5]', '["1e-6", t1, -3.5]', "SBB205", "must be positive"),
         ("      sigma_m: 0.001\n", "", "SBB202", "without σ"),
@@ -105,8 +110,8 @@ def test_datum_features_by_id_and_all(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("section", "code", "message"),
     [
-        ("datum: inner\n  datum_features: {points: [t9]}", "SBB301", "unknown point `t9`"),
-        ("datum: inner\n  datum_features: {splines: [coasts]}", "SBB301", "unknown spline `coasts`"),
+        ("datum: inner\n  datum_features: {points: [t9]}", "SBB301", "point `t9` is not declared"),
+        ("datum: inner\n  datum_features: {splines: [coasts]}", "SBB301", "spline `coasts` is not declared"),
         (
             "datum: minimal\n  datum_features: {points: all}",
             "SBB209",

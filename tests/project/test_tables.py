@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from splinebba_cli.project.diagnostics import SHOWN_PER_KIND, Collector, Place
+from splinebba_cli.project.parquet_table import table_from_parquet
 from splinebba_cli.project.table import Table
-from splinebba_cli.project.tables import TableUnreadableError, table_from_parquet, table_from_text
+from splinebba_cli.project.tables import TableUnreadableError, table_from_text
 
 
 def table(text: str, columns: tuple[str, ...] | None = None, **options: object) -> tuple[Table, Collector]:
@@ -100,7 +101,7 @@ def test_empty_ids() -> None:
         ("id,x\n", "SBB405", 1),
         ("id,x\na,1\nb\n", "SBB404", 3),
         ("id,id\na,1\n", "SBB402", 1),
-        ('id,x\n"a,1\n', "SBB404", 2),
+        ('id,x\n"a,1\n', "SBB410", 2),
     ],
 )
 def test_unreadable_tables(text: str, code: str, line: int) -> None:
@@ -136,7 +137,9 @@ def test_parquet(tmp_path: Path) -> None:
         arrow.table({"id": [101, 102], "name": ["0101", "b"], "x": [1.5, float("nan")]}), path
     )
     collector = Collector()
-    read = table_from_parquet(path, file="t.parquet", collector=collector, declared_at=Place("p.yaml"))
+    read = table_from_parquet(
+        path.read_bytes(), file="t.parquet", collector=collector, declared_at=Place("p.yaml")
+    )
     assert read.texts("id") == ["101", "102"]
     assert read.texts("name") == ["0101", "b"]
     np.testing.assert_array_equal(read.numbers("x", optional=True), [1.5, np.nan])

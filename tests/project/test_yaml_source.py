@@ -73,7 +73,7 @@ def test_anchors_are_resolved() -> None:
     [
         ("a: 1\nb: 2\na: 3\n", "SBB104", 3, 1),
         ("x: {a: 1, a: 2}\n", "SBB104", 1, 11),
-        ("a: [1,\n", "SBB102", 2, 1),
+        ("a: [1,\n", "SBB102", 1, 4),
         ("a:\n\tb: 1\n", "SBB102", 2, 1),
         ("a: b: c\n", "SBB102", 1, 5),
         (b"a: 1\nb: \xe9\n", "SBB103", 2, 4),
