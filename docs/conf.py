@@ -18,6 +18,7 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
+    "docs.extensions.anchors",
     "docs.extensions.error_pages",
     "docs.extensions.navigation",
     "docs.extensions.public_api",
