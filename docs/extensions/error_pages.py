@@ -1,4 +1,7 @@
-"""A page for every error code that has an explanation; they belong to the package, where ``splinebba explain`` reads them."""
+"""A page for every error code that has an explanation.
+
+Explanations belong to the package, where ``splinebba explain`` reads them.
+"""
 
 from __future__ import annotations
 

@@ -17,7 +17,14 @@ from typing import Any
 ROOT = Path(__file__).parents[2]
 SCHEME = "repository:"
 _LINK = re.compile(r"\]\((\.\./[^)#\s]*)(#[^)]*)?\)")
-_LANGUAGES = {".py": "python", ".yaml": "yaml", ".yml": "yaml", ".json": "json", ".md": "markdown", ".toml": "toml"}
+_LANGUAGES = {
+    ".py": "python",
+    ".yaml": "yaml",
+    ".yml": "yaml",
+    ".json": "json",
+    ".md": "markdown",
+    ".toml": "toml",
+}
 _SITE = (
     (re.compile(r"^docs/(?P<page>.+)\.md$"), "/{page}.md"),
     (re.compile(r"^splinebba_cli/explanations/(?P<page>SBB\d+)\.md$"), "/errors/{page}.md"),
@@ -69,10 +76,9 @@ def _collect(app: Any) -> Iterator[tuple[str, dict[str, Any], str]]:
         if (ROOT / path).is_dir():
             names = sorted(_listed(ROOT / path))
             files |= {f"{path}/{name}" for name in names}
-            items = "".join(
-                f'<li><a href="{app.builder.get_relative_uri(_page(path), _page(f"{path}/{name}"))}">{html.escape(name)}</a></li>'
-                for name in names
-            )
+            targets = [app.builder.get_relative_uri(_page(path), _page(f"{path}/{name}")) for name in names]
+            pairs = zip(targets, names, strict=True)
+            items = "".join(f'<li><a href="{uri}">{html.escape(name)}</a></li>' for uri, name in pairs)
             yield _page(path), _context(path, f"<ul>{items}</ul>"), "page.html"
     for path in sorted(files):
         text = (ROOT / path).read_text(encoding="utf-8")
@@ -86,7 +92,9 @@ def _listed(folder: Path) -> list[str]:
     return [
         entry.name
         for entry in os.scandir(folder)
-        if entry.is_file() and Path(entry.name).suffix in (*_LANGUAGES, ".csv") and entry.name != "__init__.py"
+        if entry.is_file()
+        and Path(entry.name).suffix in (*_LANGUAGES, ".csv")
+        and entry.name != "__init__.py"
     ]
 
 

@@ -5,9 +5,9 @@ A comment of HTML stands on a line of its own before the block that it belongs t
     <!-- not run: REASON -->             the block is shown only
     <!-- exit code: 3 -->                the last command of the block ends so
     <!-- smaller: A -> B -->             the test runs B where the page says A
-    <!-- edit: FILE -->                  the following `diff` block is applied to the file, or `append` lines to its end
+    <!-- edit: FILE -->                  the following `diff` block is applied to the file
     <!-- file: FILE -->                  the following block is the content of the file
-    <!-- printed -->                     the following `text` block are lines that the last command printed, in their order
+    <!-- printed -->                     the following block are lines that the last command printed
     <!-- folder: NAME from PATH -->      a copy of a folder of the repository lies there
 """
 

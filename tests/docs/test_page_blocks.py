@@ -50,7 +50,9 @@ def test_what_is_left_open_is_refused(text: str) -> None:
 
 
 def test_smaller_commands() -> None:
-    (block,) = blocks_of("p", "<!-- smaller: --runs 500 -> --runs 2 -->\n```sh\nsplinebba simulate x --runs 500\n```\n")
+    (block,) = blocks_of(
+        "p", "<!-- smaller: --runs 500 -> --runs 2 -->\n```sh\nsplinebba simulate x --runs 500\n```\n"
+    )
     assert commands_of(block) == ["splinebba simulate x --runs 2"]
 
 
