@@ -17,6 +17,7 @@ from typing import Any
 ROOT = Path(__file__).parents[2]
 SCHEME = "repository:"
 _LINK = re.compile(r"\]\((\.\./[^)#\s]*)(#[^)]*)?\)")
+_REWRITTEN = re.compile(rf"\]\({SCHEME}([^)#]+)\)")
 _LANGUAGES = {
     ".py": "python",
     ".yaml": "yaml",
@@ -54,13 +55,10 @@ def _rewrite(app: Any, docname: str, source: list[str]) -> None:
 def _resolve(app: Any, doctree: Any, docname: str) -> None:
     from docutils import nodes
 
-    wanted: set[str] = app.env.__dict__.setdefault("repository_pages", set())
     for reference in doctree.findall(nodes.reference):
         uri = reference.get("refuri", "")
         if uri.startswith(SCHEME):
-            path = uri.removeprefix(SCHEME)
-            wanted.add(path)
-            reference["refuri"] = app.builder.get_relative_uri(docname, _page(path))
+            reference["refuri"] = app.builder.get_relative_uri(docname, _page(uri.removeprefix(SCHEME)))
             reference["internal"] = True
 
 
@@ -70,7 +68,7 @@ def _page(path: str) -> str:
 
 def _collect(app: Any) -> Iterator[tuple[str, dict[str, Any], str]]:
     """Pages of the files and folders that are linked."""
-    wanted = sorted(getattr(app.env, "repository_pages", ()))
+    wanted = linked_files(app.env)
     files = {path for path in wanted if (ROOT / path).is_file()}
     for path in wanted:
         if (ROOT / path).is_dir():
@@ -85,6 +83,12 @@ def _collect(app: Any) -> Iterator[tuple[str, dict[str, Any], str]]:
         language = _LANGUAGES.get(Path(path).suffix, "text")
         body = app.builder.highlighter.highlight_block(text, language, force=True)
         yield _page(path), _context(path, body), "page.html"
+
+
+def linked_files(env: Any) -> list[str]:
+    """Files and folders of the repository that pages link."""
+    texts = (rewritten(name, Path(env.doc2path(name)).read_text(encoding="utf-8")) for name in env.found_docs)
+    return sorted({path for text in texts for path in _REWRITTEN.findall(text)})
 
 
 def _listed(folder: Path) -> list[str]:
