@@ -10,6 +10,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,7 @@ class Reader:
     """What has been done so far, and what the last command printed."""
 
     folder: Path
+    run: Callable[[str], tuple[int, str]]  # a command -> exit code, everything printed
     printed: str = ""
     names: dict[str, Any] = field(default_factory=dict)  # of Python
 
@@ -62,13 +64,13 @@ class Reader:
             self._python(block.text)
             return
         commands = commands_of(block)
-        assert commands, f"{block.page}:{block.line}: no commands"
+        assert commands, "no commands"
         self.printed = ""
         for command in commands:
-            code, text = run_command(command)
+            code, text = self.run(command)
             self.printed += text
             expected = wanted if command is commands[-1] else 0
-            assert code == expected, f"{block.page}:{block.line}: {command}: exit code {code}\n{text}"
+            assert code == expected, f"{command}: exit code {code}\n{text}"
 
     def _python(self, text: str) -> None:
         output = io.StringIO()
@@ -77,11 +79,16 @@ class Reader:
         self.printed = output.getvalue()
 
 
-def run_command(command: str) -> tuple[int, str]:
-    """Exit code and everything printed; commands of the program run in this process."""
+def run_in_process(command: str) -> tuple[int, str]:
+    """Exit code and everything printed; commands of the program run in this process, others in a shell."""
     if command.startswith("splinebba ") and not _OF_SHELL.search(command):
         result = CliRunner().invoke(app, shlex.split(command)[1:])
         return result.exit_code, result.output
+    return run_in_shell(command)
+
+
+def run_in_shell(command: str) -> tuple[int, str]:
+    """Exit code and everything printed of a command in a shell that finds the program of this environment."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ.get('PATH', '')}"
     done = subprocess.run(
         ["bash", "-euc", command],
@@ -120,6 +127,22 @@ def _same(found: str, shown: str) -> bool:
         return True
     pairs = zip(_NUMBER.findall(found), _NUMBER.findall(shown), strict=True)
     return all(abs(float(a) - float(b)) <= 2.001 * 10.0 ** -len(b.partition(".")[2]) for a, b in pairs)
+
+
+def follow_page(blocks: list[Block], reader: Reader) -> None:
+    """Do all that a page says, from a fresh copy of the samples on.
+
+    Raises
+    ------
+    AssertionError
+        If something does not go as the page says; names page and line.
+    """
+    copy_folder(ROOT / "sample_projects", reader.folder / "sample_projects")
+    for block in blocks:
+        try:
+            reader.follow(block)
+        except (ValueError, AssertionError) as error:
+            raise AssertionError(f"{block.page}:{block.line}: {error}") from error
 
 
 def copy_folder(source: Path, target: Path) -> None:

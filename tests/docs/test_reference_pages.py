@@ -12,7 +12,7 @@ import pytest
 from docs import build_command_line, build_error_codes
 from splinebba_cli.commands.app import app
 from splinebba_cli.errors import ERROR_CODES
-from tests.docs.page_runner import ROOT, run_command
+from tests.docs.page_runner import ROOT, run_in_process
 
 RESULT_FILES = (ROOT / "docs" / "result-files.md").read_text(encoding="utf-8")
 
@@ -28,7 +28,7 @@ def test_command_line_has_all_options() -> None:
     assert [section.split("\n", 1)[0] for section in sections] == [c.name for c in app.registered_commands]
     for section in sections:
         name = section.split("\n", 1)[0]
-        code, help = run_command(f"splinebba {name} --help")
+        code, help = run_in_process(f"splinebba {name} --help")
         assert code == 0
         shown = set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", help)) - {"--help"}
         assert {option for option in shown if f"`{option}`" not in section} == set()
@@ -62,7 +62,7 @@ def headers(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     for sample in ("six_image_mixed", "free_network", "dissertation/table_5_4"):
         output = tmp_path_factory.mktemp("results") / "out"
-        code, text = run_command(
+        code, text = run_in_process(
             f"splinebba adjust {ROOT / 'sample_projects' / sample} -o {output} -q --no-html"
         )
         assert code == 0, text
