@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
+
+from pygments.lexers.special import TextLexer
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
@@ -46,3 +49,8 @@ html_theme_options = {
     "light_css_variables": {"color-brand-primary": "#1f5f8b", "color-brand-content": "#1f5f8b"},
     "dark_css_variables": {"color-brand-primary": "#7db8dc", "color-brand-content": "#7db8dc"},
 }
+
+
+def setup(app: Any) -> None:
+    """Tables are shown as they are."""
+    app.add_lexer("csv", TextLexer)

@@ -115,9 +115,11 @@ def edited(text: str, diff: str) -> str:
 
 
 def pages(root: Path) -> dict[str, str]:
-    """Pages with commands: path in the repository, text."""
+    """Pages with commands: path in the repository, text.
+
+    Sessions in explanations of error codes are run by their own test, with the projects that they show.
+    """
     paths = [root / "README.md", *sorted(root.glob("docs/**/*.md"))]
-    paths += sorted(root.glob("splinebba_cli/explanations/*.md"))
     left_out = ("docs/errors/",)  # copies of the explanations, made by the site
     names = {path.relative_to(root).as_posix(): path for path in paths}
     return {
