@@ -79,7 +79,7 @@ def _section(name: str, callback: Callable[..., Any]) -> str:
 
 
 def _argument(one: Parameter) -> str:
-    return str(one.info.metavar or one.name.upper())
+    return str(one.info.metavar or one.name.upper()).strip("[]{}")
 
 
 def _choices(one: Parameter) -> str:

@@ -95,7 +95,7 @@ def run_in_shell(command: str) -> tuple[int, str]:
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         env=os.environ | {"PATH": path},
-        timeout=120,
+        timeout=300,
         check=False,
     )
     return done.returncode, done.stdout.decode()
