@@ -64,11 +64,12 @@ class Panel:
         return f"vectors-{self._number[image]}"
 
     def _half(self, rows: IntArray, camera: dict[str, Any]) -> FloatArray:
-        """Half of the image format, or what holds the measured points, (2,) mm."""
-        if camera["format_mm"] is not None:
-            return 0.5 * np.array(camera["format_mm"], dtype=float)
+        """Half of what is shown, (2,) mm: the image format, and all measured points."""
         reach: FloatArray = np.nanmax(np.abs(self._points.xy[rows]), axis=0)
-        return np.maximum(1.08 * reach, 1e-6)
+        if camera["format_mm"] is None:
+            return np.maximum(1.08 * reach, 1e-6)
+        half = 0.5 * np.array(camera["format_mm"], dtype=float)
+        return np.where(reach > half, 1.04 * reach, half)
 
     def _drawn(self, rows: IntArray) -> IntArray:
         if len(rows) <= self.DRAWN:
@@ -85,7 +86,12 @@ class Panel:
     def _frame(self, height: float, half: FloatArray, scale: float, camera: dict[str, Any]) -> str:
         x0, y0 = camera["principal_point_mm"]
         x, y = 0.5 * _WIDTH + scale * x0, _TOP + 0.5 * height - scale * y0
-        frame = f'<rect class="frame" x="1" y="{number(_TOP)}" width="{number(_WIDTH - 2)}" height="{number(height)}"/>'
+        size = half if camera["format_mm"] is None else 0.5 * np.array(camera["format_mm"], dtype=float)
+        left, top = 0.5 * _WIDTH - scale * size[0], _TOP + 0.5 * height - scale * size[1]
+        frame = (
+            f'<rect class="frame" x="{number(left)}" y="{number(top)}" width="{number(2 * scale * size[0])}" '
+            f'height="{number(2 * scale * size[1])}"/>'
+        )
         cross = f"M{number(x - 5)} {number(y)}h10M{number(x)} {number(y - 5)}v10"
         return frame + titled("path", f'class="ink" d="{cross}"', f"principal point {x0:g}, {y0:g} mm")
 

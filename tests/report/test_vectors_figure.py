@@ -56,6 +56,19 @@ def test_vector_of_a_point_points_from_measured_to_adjusted() -> None:
     np.testing.assert_allclose([float(x) for x in vector.split()], expected, atol=0.06)
 
 
+def test_points_outside_of_the_format_are_seen_outside_of_the_frame() -> None:
+    result = make_result()
+    outside = result.network.point_observations.photo_xy.copy()
+    outside[:, 1] = 150.0
+    observed = replace(result.network.point_observations, photo_xy=outside)
+    drawing = image_vectors(
+        report_data(replace(result, network=replace(result.network, point_observations=observed)))
+    )
+    frame, dots = elements(drawing, "frame")[0], elements(drawing, "dots-point")[0]
+    place = float(re.match(r"M\S+ ([\d.]+)h0", dots.get("d", "")).group(1))  # type: ignore[union-attr]
+    assert 1.0 < place < float(frame.get("y", "nan"))
+
+
 def test_vector_on_a_spline_stands_across_it() -> None:
     data = report_data(make_result())
     points = MeasuredPoints.of(data)
