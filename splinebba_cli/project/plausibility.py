@@ -28,19 +28,22 @@ def check_field_of_view(
     photo_xy: FloatArray, camera: IntArray, table: Table, building: Building, frames: list[PhotoFrame]
 ) -> None:
     """Report measurements that their camera cannot see; all of them together where they are many."""
-    for number in np.unique(camera[camera >= 0]).tolist():
-        own = np.flatnonzero(camera == number)
+    counts = np.bincount(camera + 1)[1:]
+    for number in np.flatnonzero(counts).tolist():
         frame = frames[number]
         if not frame.allows(frame.image_coordinates):
             continue  # the camera lacks something, which is reported there
-        tangent = (
-            np.linalg.norm(photo_xy[own] - frame.principal_point_mm, axis=1) / frame.principal_distance_mm
-        )
-        beyond = own[tangent > LARGEST_TANGENT]
-        largest = float(tangent.max()) * frame.principal_distance_mm
-        if 2 * len(beyond) > len(own):
+        offset = photo_xy - frame.principal_point_mm
+        distance = np.hypot(offset[:, 0], offset[:, 1])
+        distance[camera != number] = 0.0
+        largest = float(distance.max())
+        tangent = largest / frame.principal_distance_mm
+        if SMALLEST_TANGENT <= tangent <= LARGEST_TANGENT:
+            continue
+        beyond = np.flatnonzero(distance > LARGEST_TANGENT * frame.principal_distance_mm)
+        if 2 * len(beyond) > counts[number]:
             _report_camera("error", largest, number, table, building)
-        elif len(own) >= ENOUGH and tangent.max() < SMALLEST_TANGENT:
+        elif counts[number] >= ENOUGH and tangent < SMALLEST_TANGENT:
             _report_camera("warning", largest, number, table, building)
         else:
             _report_rows(beyond, photo_xy, number, table, building, frames)
