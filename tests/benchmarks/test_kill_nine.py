@@ -22,7 +22,6 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Scene:
     [
         (signal.SIGKILL, 6, {-9}),
         (signal.SIGINT, 4, {130, -signal.SIGINT}),  # the second: before the program has begun
-        (signal.SIGTERM, 4, {143, -signal.SIGTERM}),
     ],
 )
 def test_folders_stay_whole(scene: Scene, number: int, runs: int, codes: set[int]) -> None:
