@@ -83,6 +83,7 @@ class Scene:
         return subprocess.Popen(
             [*command, "-o", str(self.target), "-q", *options],
             env={**os.environ, "SOURCE_DATE_EPOCH": "1700000000"},
+            preexec_fn=listening,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )
@@ -94,6 +95,11 @@ class Scene:
     def strays(self) -> list[str]:
         """What lies beside the folder."""
         return sorted(entry.name for entry in self.target.parent.iterdir() if entry.name != TARGET)
+
+
+def listening() -> None:
+    """Let a new process hear Ctrl-C: shells have it ignored by what they run in the background."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def digest(folder: Path) -> Digest:

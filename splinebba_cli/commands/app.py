@@ -48,7 +48,10 @@ class GuardedGroup(TyperGroup):
     def make_context(self, info_name: str | None, args: list[str], *rest: Any, **extra: Any) -> Any:
         """Remember what was asked for: an unexpected error is told as JSON, too."""
         as_json = wants_json(args)
-        context = super().make_context(info_name, args, *rest, **extra)
+        try:
+            context = super().make_context(info_name, args, *rest, **extra)
+        except KeyboardInterrupt as error:
+            raise _interrupted(error, as_json) from None
         context.meta["splinebba.json"] = as_json
         return context
 
@@ -58,9 +61,7 @@ class GuardedGroup(TyperGroup):
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt as error:
-            from splinebba_cli.commands.console import report_interruption
-
-            raise typer.Exit(report_interruption(interruption_of(error), as_json)) from None
+            raise _interrupted(error, as_json) from None
         except Exception as error:
             if belongs_to_typer(error) or is_lost(error):
                 raise
@@ -68,6 +69,13 @@ class GuardedGroup(TyperGroup):
 
             report_bug(error, as_json)
             raise typer.Exit(ExitCode.BUG) from None
+
+
+def _interrupted(error: KeyboardInterrupt, as_json: bool) -> typer.Exit:
+    """Say so; the exit that follows."""
+    from splinebba_cli.commands.console import report_interruption
+
+    return typer.Exit(report_interruption(interruption_of(error), as_json))
 
 
 def _version(wanted: bool) -> None:

@@ -106,8 +106,9 @@ class ReservedDirectory:
                 sync_tree(fresh)
                 with uninterrupted():
                     _swap_in(fresh, self.final)
+                    remove_tree(fresh)  # the old folder
             finally:
-                shutil.rmtree(fresh, ignore_errors=True)
+                remove_tree(fresh)
         except OSError as error:
             raise cannot_write(self.shown, error) from error
 
@@ -161,6 +162,12 @@ def make_folders(folder: Path) -> list[Path]:
     missing = [each for each in (folder, *folder.parents) if not each.exists()]
     folder.mkdir(parents=True, exist_ok=True)
     return missing
+
+
+def remove_tree(folder: Path) -> None:
+    """Remove a folder with all that is in it, as far as that is possible; a signal waits until that is done."""
+    with uninterrupted():
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def remove_empty(folders: list[Path]) -> None:

@@ -16,7 +16,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from splinebba_cli.interruption import uninterrupted
-from splinebba_cli.output.atomic import make_folders, remove_empty, sync_directory, sync_tree
+from splinebba_cli.output.atomic import make_folders, remove_empty, remove_tree, sync_directory, sync_tree
 from splinebba_cli.output.locking import locked
 from splinebba_cli.write_errors import cannot_write
 
@@ -46,7 +46,7 @@ def published(folder: Path, last: str) -> Iterator[Path]:
             for stale in folder.glob(f"{_PREFIX}*"):
                 shutil.rmtree(stale, ignore_errors=True)
             fresh = Path(tempfile.mkdtemp(prefix=_PREFIX, dir=folder))
-            kept.callback(shutil.rmtree, fresh, ignore_errors=True)
+            kept.callback(remove_tree, fresh)
             yield fresh
             sync_tree(fresh)
             with uninterrupted():

@@ -82,6 +82,7 @@ def run_in_terminal(
         usual = {"TERM": "xterm-256color", "NO_COLOR": None, "FORCE_COLOR": None, "COLUMNS": None}
         wanted = {**os.environ, **usual, **(environment or {})}
         kept = {name: value for name, value in wanted.items() if value is not None}
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # it may be ignored where tests run in the background
         os.execve(sys.executable, [sys.executable, "-m", "splinebba_cli", *arguments], kept)
     fcntl.ioctl(terminal, termios.TIOCSWINSZ, struct.pack("HHHH", 50, columns, 0, 0))
     raw, waiting, end = b"", bool(interrupt_at), time.monotonic() + LONGEST_S

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.kill_nine import listening
 from splinebba_cli.output.run_log import campaign_folder
 from tests.cli.command_cases import run
 
@@ -39,6 +40,7 @@ def start(out: Path) -> subprocess.Popen[str]:
     process = subprocess.Popen(
         [sys.executable, "-m", "splinebba_cli", *arguments(out, 2)],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+        preexec_fn=listening,
     )  # fmt: skip
     end = time.monotonic() + LONGEST_S
     while time.monotonic() < end and process.poll() is None and finished(out) < 1:

@@ -16,7 +16,7 @@ from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.errors import OutputError
 from splinebba_cli.output.comparison import compare
 from splinebba_cli.output.comparison_json import comparison_to_dict
-from splinebba_cli.output.result_folder import DispersionChoice, write_result_folder
+from splinebba_cli.output.result_folder import DispersionChoice, reserve_result_folder, write_result_folder
 from splinebba_cli.output.stored_result import read_result
 from splinebba_cli.simulation.six_image_block import simulate_block
 from tests.output.factory import Loaded, make_result
@@ -27,7 +27,8 @@ def stored(
 ) -> Path:
     """A result folder whose input has a hash of its own."""
     loaded = Loaded(source_hashes={"block/project.yaml": digest or folder.name})
-    write_result_folder(folder, result, loaded=loaded, adjusted_files={}, dispersion=dispersion)
+    with reserve_result_folder(folder) as place:
+        write_result_folder(place, result, loaded=loaded, adjusted_files={}, dispersion=dispersion)
     return folder
 
 
