@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
@@ -18,6 +19,7 @@ from splinebba_cli.batch.summary_table import STYLES, BatchSummary
 from splinebba_cli.batch.up_to_date import kept_outcomes
 from splinebba_cli.commands.console import Log, print_json, rich_console
 from splinebba_cli.commands.options import CheckFormat
+from splinebba_cli.commands.streams import is_terminal, live_console
 
 if TYPE_CHECKING:
     from rich.progress import Progress
@@ -136,19 +138,18 @@ def _told(
 @contextmanager
 def _progress(total: int, log: Log) -> Iterator[Callable[[Outcome, int], None]]:
     """A bar on stderr where that is a terminal, else a line a project."""
-    console = rich_console(to_stdout=False)
     width = len(str(total))
 
     def line(outcome: Outcome, number: int) -> None:
         log.say(f"[{number:{width}d}/{total}] {_said(outcome)}")
 
-    if log.quiet or not console.is_terminal:
+    if log.quiet or not is_terminal(sys.stderr):
         yield line
         return
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     columns = (TextColumn("projects"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
+    with Progress(*columns, console=live_console(), transient=True) as bar:
         yield partial(_advance, bar, bar.add_task("projects", total=total), bool(log.verbose))
 
 
@@ -177,7 +178,7 @@ def _print(result: BatchResult, code: int, format: CheckFormat, log: Log) -> Non
         _print_annotations(result.outcomes)
     else:
         console = rich_console()
-        if not console.is_terminal:
+        if not is_terminal(sys.stdout):
             console.width = _WIDTH_OF_FILES
         console.print(BatchSummary(result.outcomes, all_problems=bool(log.verbose) and not log.quiet))
 

@@ -37,7 +37,8 @@ class Example:
 
 def example_of(page: Path) -> Example | None:
     """The example of a page that can be run; None where it has none."""
-    blocks = BLOCK.findall(page.read_text(encoding="utf-8"))
+    section = page.read_text(encoding="utf-8").partition("\n## Example\n")[2].partition("\n## ")[0]
+    blocks = BLOCK.findall(section + "\n")
     console = next((text for kind, text in blocks if kind == "console"), None)
     if console is None:
         return None
