@@ -45,6 +45,7 @@ def changed_number(files: Files, name: str, chance: random.Random) -> NumberChan
     one = chance.choice(found)
     old = float(one[0])
     new = round(old * chance.choice((1.01, 2.0, -1.0)) + chance.choice((0.0, 0.001, 1.0, 100.0)), 6)
+    new = old + 1.0 if new == old else new
     content = files[name]
     files[name] = content[: one.start()] + repr(new).encode() + content[one.end() :]
     return NumberChange(name, content.count(b"\n", 0, one.start()) + 1, old, new)
