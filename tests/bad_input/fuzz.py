@@ -40,8 +40,8 @@ SMALL = ("inline", "tables", "everything", "everything")
 LARGE = ("six_image_mixed", "free_network", "circle_three_ways", "table_5_7_one_control_segment")
 SHARE_OF_LARGE = 0.1
 SHARE_COUNTED = 0.3  # of the accepted projects, of which counts and ranks are made
-TIME_LIMIT = 60  # seconds of computing for one case
-WAITING = 10  # times as long, a case may take on a busy machine
+TIME_LIMIT = 120  # seconds of computing for one case: a search for outliers takes some hundred iterations
+WAITING = 3  # times as long, a case may take on a busy machine
 MEMORY = 6 * 2**30
 WITHOUT_MEANING = ("truth.json", "README.md")
 
