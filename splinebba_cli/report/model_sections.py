@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from splinebba_cli.core.quality.systematic_findings import LEAST_CRITICAL
 from splinebba_cli.report.blocks import Block, Cell, Column, Note, Section, Table
 from splinebba_cli.report.residual_figure_blocks import residual_grid_blocks, variance_blocks
 from splinebba_cli.report.result_data import ResultData
@@ -79,7 +80,9 @@ def _verdict(component: dict[str, Any]) -> str:
 def groups_section(data: ResultData) -> Section:
     """Errors that all observations of a chain or of a control feature would share."""
     found = data.content.get("group_tests", {"tests": []})
-    tests = sorted(found["tests"], key=lambda test: -test["statistic"] / test["critical"])
+    tests = sorted(
+        found["tests"], key=lambda test: -test["statistic"] / max(test["critical"], LEAST_CRITICAL)
+    )
     if not tests:
         return Section("groups", "Common errors", ())
     columns = (
@@ -179,4 +182,4 @@ def systematic_section(data: ResultData) -> Section:
 
 def _order(effect: dict[str, Any]) -> tuple[int, float]:
     kinds = ("radial trend", "tangential trend", "grid", "image mean", "drift", "strip", "run along curve")
-    return kinds.index(effect["kind"]), -effect["statistic"] / effect["critical"]
+    return kinds.index(effect["kind"]), -effect["statistic"] / max(effect["critical"], LEAST_CRITICAL)

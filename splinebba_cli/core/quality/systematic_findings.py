@@ -55,13 +55,16 @@ EFFECTS = {
 }
 
 
+LEAST_CRITICAL = 1e-12  # a level of significance near 1/2 makes critical values of 0
+
+
 def systematic_findings(effects: tuple[SystematicEffect, ...]) -> list[Problem]:
     """Significant effects, the most certain first."""
     found = []
     for kind, (code, message, help) in EFFECTS.items():
         own = sorted(
             (effect for effect in effects if effect.significant and effect.kind == kind),
-            key=lambda effect: -effect.statistic / effect.critical,
+            key=lambda effect: -effect.statistic / max(effect.critical, LEAST_CRITICAL),
         )
         for effect in own[:NAMED]:
             text = message.format(
@@ -78,7 +81,8 @@ def systematic_findings(effects: tuple[SystematicEffect, ...]) -> list[Problem]:
 def group_findings(tests: tuple[GroupTest, ...]) -> list[Problem]:
     """Groups with a common error, the most certain first: it spoils its neighbours too."""
     failed = sorted(
-        (test for test in tests if not test.passed), key=lambda test: -test.statistic / test.critical
+        (test for test in tests if not test.passed),
+        key=lambda test: -test.statistic / max(test.critical, LEAST_CRITICAL),
     )
     found = []
     for number, test in enumerate(failed[:NAMED]):
