@@ -81,7 +81,7 @@ class Case:
         return found
 
     def run(self, folder: Path) -> tuple[int, str]:
-        """Exit code and all that is printed by the command in the folder of the project."""
+        """Exit code and what the command finds, printed in the folder of the project."""
         arguments = [
             self.command,
             self.content.get("project", "project.yaml"),
@@ -89,8 +89,8 @@ class Case:
         ]
         with within(folder):
             result = CliRunner().invoke(app, arguments)
-        counts = result.output.find("\nharbour\n") if result.exit_code == 0 else -1
-        return result.exit_code, result.output if counts < 0 else result.output[:counts]
+        counts = result.stdout.find("\nharbour\n") if result.exit_code == 0 else -1
+        return result.exit_code, result.stdout if counts < 0 else result.stdout[:counts]
 
     @property
     def snapshot(self) -> Path:
