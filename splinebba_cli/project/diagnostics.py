@@ -12,6 +12,8 @@ from splinebba_cli.project.plain_text import brief, same_letters, shown
 
 Severity = Literal["error", "warning", "info"]
 
+#: How consoles set off a severity, in the words of rich.
+SEVERITY_STYLES: dict[str, str] = {"error": "bold red", "warning": "bold yellow", "info": "bold cyan"}
 #: So many diagnostics of one kind and table are spelt out; the rest is counted.
 SHOWN_PER_KIND = 20
 LONGEST_MESSAGE = 600

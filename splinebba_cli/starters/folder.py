@@ -7,8 +7,7 @@ from pathlib import Path
 
 from splinebba_cli.errors import OutputError
 from splinebba_cli.output.atomic import replace_directory, write_file_atomically
-
-PROJECT_FILE = "project.yaml"
+from splinebba_cli.project.file_content import PROJECT_FILE
 
 
 def require_free(folder: Path, force: bool) -> None:
