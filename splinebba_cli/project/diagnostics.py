@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Literal, overload
 
-from splinebba_cli.errors import ERROR_CODES, ProjectError
+from splinebba_cli.errors import ERROR_CODES
 from splinebba_cli.project.plain_text import brief, same_letters, shown
 
 Severity = Literal["error", "warning", "info"]
@@ -152,11 +152,6 @@ class Collector:
         files = list(dict.fromkeys(item.file for item in items))
         items.sort(key=lambda item: (files.index(item.file), item.line or 0))
         return tuple(items)
-
-    def raise_if_errors(self) -> None:
-        """Raise :class:`ProjectError` with everything gathered when there is an error."""
-        if self.has_errors:
-            raise ProjectError(self.finished())
 
 
 def suggestion(word: str, known: Iterable[str]) -> str:
