@@ -11,12 +11,14 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import yaml
 from rich.cells import cell_len
 from typer.testing import CliRunner
 
 from splinebba_cli.commands.app import app
+from splinebba_cli.commands.progress import SilentProgress
 from splinebba_cli.project.plain_text import shown
 
 HERE = Path(__file__).parent
@@ -81,13 +83,14 @@ class Case:
         return found
 
     def run(self, folder: Path) -> tuple[int, str]:
-        """Exit code and all that is printed by the command in the folder of the project."""
+        """Exit code and all that is printed by the command in the folder of the project, but for its progress."""
         arguments = [
             self.command,
             self.content.get("project", "project.yaml"),
             *self.content.get("options", ()),
         ]
-        with chdir(folder):
+        silent = patch("splinebba_cli.commands.progress.progress_for", lambda quiet: SilentProgress())
+        with chdir(folder), silent:
             result = CliRunner().invoke(app, arguments)
         counts = result.output.find("\nharbour\n") if result.exit_code == 0 else -1
         return result.exit_code, result.output if counts < 0 else result.output[:counts]

@@ -17,7 +17,6 @@ CASES = all_cases()
 
 #: Codes of 1xx to 4xx that no project file can cause, with their reason.
 ELSEWHERE = {
-    "SBB316": "raised nowhere",
     "SBB320": "points of `fit`",
     "SBB321": "points of `fit`",
     "SBB322": "points of `fit`",
