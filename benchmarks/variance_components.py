@@ -11,7 +11,7 @@ from __future__ import annotations
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -78,14 +78,6 @@ def factors(runs: int = 200) -> None:
         print(
             f"{group:16s} n {len(e):4d}  mean {e.mean():+.3f}  rms {np.sqrt(np.mean(e**2)):.3f}  covered {covered:.3f}"
         )
-
-
-@dataclass(frozen=True)
-class Alarms:
-    """Which families of tests found something in one adjustment."""
-
-    found: frozenset[str]
-    tests: Counter[str]  # single tests beyond their critical value
 
 
 def alarms_of(result: AdjustmentResult) -> frozenset[str]:

@@ -12,7 +12,6 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
-INTERRUPTED = 130  # exit code after Ctrl-C
 _SHELL = 128  # what shells add to the number of a signal
 
 

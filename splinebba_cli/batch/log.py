@@ -10,7 +10,7 @@ from typing import Any
 
 from splinebba_cli import __version__
 from splinebba_cli.batch.outcome import Outcome
-from splinebba_cli.errors import OutputError
+from splinebba_cli.write_errors import cannot_write
 
 LOG_FORMAT = "splinebba-batch-log/1"
 
@@ -27,15 +27,16 @@ class BatchLog:
     Raises
     ------
     OutputError
-        SBB601, if the file cannot be written.
+        SBB601, SBB604, SBB605, SBB607, if the file cannot be written.
     """
 
     def __init__(self, path: Path, about: Mapping[str, Any]) -> None:
         self._path = path
         try:
-            self._stream = path.open("w", encoding="utf-8", newline="\n")
+            # a name that is no Unicode: its escape is one of JSON, too
+            self._stream = path.open("w", encoding="utf-8", errors="backslashreplace", newline="\n")
         except OSError as error:
-            raise self._cannot_write(error) from error
+            raise cannot_write(path, error) from error
         self._write({"format": LOG_FORMAT, "program": __version__, "begun": _now(), **about})
 
     def add(self, outcome: Outcome) -> None:
@@ -43,7 +44,7 @@ class BatchLog:
         self._write({"finished": _now(), **outcome.data()})
 
     def close(self, about: Mapping[str, Any]) -> None:
-        """The last line: counts and exit code."""
+        """The last line: counts."""
         self._write({"ended": _now(), **about})
         self._stream.close()
 
@@ -52,10 +53,7 @@ class BatchLog:
             self._stream.write(json.dumps(data, ensure_ascii=False) + "\n")
             self._stream.flush()
         except OSError as error:
-            raise self._cannot_write(error) from error
-
-    def _cannot_write(self, error: OSError) -> OutputError:
-        return OutputError("SBB601", f"cannot write {self._path}: {error.strerror}", "choose another --log")
+            raise cannot_write(self._path, error) from error
 
 
 def _now() -> str:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Sequence
 from pathlib import Path
 
 from splinebba_cli.batch.outcome import Outcome, Verdict, counted, worst_first
-from splinebba_cli.errors import OutputError
 from splinebba_cli.project.diagnostics import Diagnostic
+from splinebba_cli.report.markdown_text import markdown_prose
+from splinebba_cli.write_errors import cannot_write
 
 VARIABLE = "GITHUB_STEP_SUMMARY"
 _PROBLEMS = 10  # of a project
@@ -23,13 +23,13 @@ def append_step_summary(path: Path, outcomes: Sequence[Outcome]) -> None:
     Raises
     ------
     OutputError
-        SBB601, if the file cannot be written.
+        SBB601, SBB604, SBB605, SBB607, if the file cannot be written.
     """
     try:
         with path.open("a", encoding="utf-8", newline="\n") as stream:
             stream.write(step_summary(outcomes))
     except OSError as error:
-        raise OutputError("SBB601", f"cannot write {path}: {error.strerror}") from error
+        raise cannot_write(path, error) from error
 
 
 def asked_for() -> Path | None:
@@ -88,10 +88,5 @@ def _item(problem: Diagnostic) -> str:
 
 
 def _text(text: str) -> str:
-    """Text in which Markdown and HTML find nothing of theirs, on one line; `code` stays code."""
-    parts = re.split(r"(`[^`]*`)", " ".join(text.split()))
-    return "".join(part.replace("|", r"\|") if part.startswith("`") else _escaped(part) for part in parts)
-
-
-def _escaped(text: str) -> str:
-    return re.sub(r"([\\*_\[\]|~#`])", r"\\\1", text.replace("&", "&amp;").replace("<", "&lt;"))
+    """Text of one or more lines, on one."""
+    return markdown_prose(" ".join(text.split()))

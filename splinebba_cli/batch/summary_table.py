@@ -6,14 +6,13 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from splinebba_cli.batch.outcome import Outcome, Verdict, counted, worst_first
-from splinebba_cli.project.diagnostics import Diagnostic
+from splinebba_cli.project.diagnostics import SEVERITY_STYLES, Diagnostic
 
 if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions, RenderableType
 
 STYLES = {Verdict.accepted: "green", Verdict.not_run: "dim", Verdict.not_accepted: "yellow"}
 BAD = "red"
-_SEVERITY_STYLES = {"error": "bold red", "warning": "bold yellow", "info": "bold cyan"}
 _PROBLEMS = 3  # of a project
 _WIDE = 10_000  # columns of a console on which everything fits
 
@@ -67,7 +66,7 @@ def _problem(problem: Diagnostic, outcome: Outcome) -> RenderableType:
     from rich.text import Text
 
     text = Text.assemble(
-        (f"  {problem.severity}[{problem.code}]", _SEVERITY_STYLES[problem.severity]), f" {problem.message}"
+        (f"  {problem.severity}[{problem.code}]", SEVERITY_STYLES[problem.severity]), f" {problem.message}"
     )
     if problem.position not in ("", outcome.project):
         text.append(f"\n    --> {problem.position}")

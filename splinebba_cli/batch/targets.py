@@ -10,8 +10,8 @@ from pathlib import Path
 from splinebba_cli.errors import ProjectError
 from splinebba_cli.output.result_folder import is_result_folder
 from splinebba_cli.project.diagnostics import Diagnostic
+from splinebba_cli.project.file_content import PROJECT_FILE
 
-PROJECT_FILE = "project.yaml"
 _SUFFIXES = (".yaml", ".yml")
 
 

@@ -18,6 +18,7 @@ from splinebba_cli.batch.outcome import Outcome
 from splinebba_cli.batch.plan import Task
 from splinebba_cli.core.threads import in_threads
 from splinebba_cli.errors import OutputError
+from splinebba_cli.output.damaged_results import complete_results
 from splinebba_cli.output.result_json import load_result_json
 
 
@@ -29,12 +30,13 @@ def kept_outcomes(tasks: Sequence[Task]) -> list[Outcome | None]:
 def kept_outcome(task: Task) -> Outcome | None:
     """The outcome that up-to-date results tell; None where they are not, or there are none."""
     try:
-        content = load_result_json(task.result_folder)
+        with complete_results(task.result_folder):
+            content = load_result_json(task.result_folder)
+            if not _same_origin(task, content["provenance"]):
+                return None
+            return replace(outcome_of_result(task, content), up_to_date=True)
     except OutputError:
         return None
-    if not _same_origin(task, content.get("provenance", {})):
-        return None
-    return replace(outcome_of_result(task, content), up_to_date=True)
 
 
 def _same_origin(task: Task, provenance: dict[str, Any]) -> bool:
@@ -48,8 +50,10 @@ def _same_origin(task: Task, provenance: dict[str, Any]) -> bool:
 
 
 def _sha256(file: Path) -> str | None:
-    """None where the file cannot be read."""
+    """None where the file cannot be read, or is a pipe or a device."""
     try:
+        if not file.is_file():
+            return None
         with file.open("rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
     except OSError:

@@ -21,10 +21,13 @@ from splinebba_cli.commands.options import (
     CheckFormat,
     CheckFormatOption,
     DispersionChoice,
-    OutlierChoice,
+    DispersionOption,
+    HtmlOption,
+    OutliersOption,
     ProjectArgument,
     QuietOption,
     TableChoice,
+    TablesOption,
     VerboseOption,
 )
 from splinebba_cli.errors import ExitCode, SplinebbaError
@@ -44,17 +47,10 @@ def adjust(
             help="Result folder; replaced as a whole. Default: PROJECT.results beside it.",
         ),
     ] = None,
-    dispersion: Annotated[
-        DispersionChoice, typer.Option("--dispersion", help="How much of the dispersion matrix is kept.")
-    ] = DispersionChoice.blocks,
-    tables: Annotated[
-        TableChoice, typer.Option("--tables", help="Format of the result tables.")
-    ] = TableChoice.csv,
-    outliers: Annotated[
-        OutlierChoice | None,
-        typer.Option("--outliers", help="What is done with gross errors; default: as the project says."),
-    ] = None,
-    html: Annotated[bool, typer.Option("--html/--no-html", help="Whether report.html is written.")] = True,
+    dispersion: DispersionOption = DispersionChoice.blocks,
+    tables: TablesOption = TableChoice.csv,
+    outliers: OutliersOption = None,
+    html: HtmlOption = True,
     junit: Annotated[
         Path | None,
         typer.Option(

@@ -4,112 +4,40 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import Annotated
 
-import typer
-
+from splinebba_cli.commands import batch_options as option
 from splinebba_cli.commands.console import Log, expected_errors
 from splinebba_cli.commands.options import (
     CheckFormat,
     CheckFormatOption,
     DispersionChoice,
-    OutlierChoice,
+    DispersionOption,
+    HtmlOption,
+    OutliersOption,
     QuietOption,
     TableChoice,
+    TablesOption,
     VerboseOption,
 )
 from splinebba_cli.errors import OutputError
 
-_LONGEST_S = 4_000_000.0  # clocks of some systems end after 49 days
-
 
 def batch(
-    targets: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="TARGET",
-            help="Project files, folders with a project.yaml, patterns such as 'blocks/**/project.yaml'.",
-            show_default=False,
-        ),
-    ],
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="DIR",
-            help="One folder for all results, with the folders of the projects inside. Default: beside each.",
-        ),
-    ] = None,
-    jobs: Annotated[
-        int | None,
-        typer.Option(
-            "--jobs",
-            "-j",
-            metavar="N",
-            min=1,
-            help="Worker processes. Default: one a core.",
-            show_default=False,
-        ),
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(
-            "--scheduler",
-            metavar="ADDRESS",
-            help="Scheduler of dask.distributed (tcp://host:8786) whose workers adjust.",
-        ),
-    ] = None,
-    timeout: Annotated[
-        float | None,
-        typer.Option(
-            "--timeout", metavar="SECONDS", min=0.001, max=_LONGEST_S, help="Longest time for a project."
-        ),
-    ] = None,
-    fail_fast: Annotated[
-        bool, typer.Option("--fail-fast", help="Stop at the first project that is not accepted.")
-    ] = False,
-    resume: Annotated[
-        bool,
-        typer.Option(
-            "--resume", help="Keep results of the same program, options and files; adjust the others."
-        ),
-    ] = False,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="List projects and result folders; adjust nothing.")
-    ] = False,
-    junit: Annotated[
-        Path | None,
-        typer.Option(
-            "--junit", metavar="FILE", help="JUnit XML to write: a suite a project, a case a criterion."
-        ),
-    ] = None,
-    step_summary: Annotated[
-        Path | None,
-        typer.Option(
-            "--step-summary",
-            metavar="FILE",
-            help="File to append a summary in Markdown to. Default: $GITHUB_STEP_SUMMARY where that is set.",
-            show_default=False,
-        ),
-    ] = None,
-    log: Annotated[
-        Path | None,
-        typer.Option(
-            "--log", metavar="FILE", help="Log to write: a line of JSON a project, as soon as it is finished."
-        ),
-    ] = None,
-    dispersion: Annotated[
-        DispersionChoice, typer.Option("--dispersion", help="How much of the dispersion matrices is kept.")
-    ] = DispersionChoice.blocks,
-    tables: Annotated[
-        TableChoice, typer.Option("--tables", help="Format of the result tables.")
-    ] = TableChoice.csv,
-    outliers: Annotated[
-        OutlierChoice | None,
-        typer.Option("--outliers", help="What is done with gross errors; default: as each project says."),
-    ] = None,
-    html: Annotated[bool, typer.Option("--html/--no-html", help="Whether report.html is written.")] = True,
+    targets: option.TargetsArgument,
+    output: option.FolderOption = None,
+    jobs: option.JobsOption = None,
+    scheduler: option.SchedulerOption = None,
+    timeout: option.TimeoutOption = None,
+    fail_fast: option.FailFastOption = False,
+    resume: option.ResumeOption = False,
+    dry_run: option.DryRunOption = False,
+    junit: option.JunitOption = None,
+    step_summary: option.StepSummaryOption = None,
+    log: option.LogOption = None,
+    dispersion: DispersionOption = DispersionChoice.blocks,
+    tables: TablesOption = TableChoice.csv,
+    outliers: OutliersOption = None,
+    html: HtmlOption = True,
     format: CheckFormatOption = CheckFormat.text,
     quiet: QuietOption = False,
     verbose: VerboseOption = 0,

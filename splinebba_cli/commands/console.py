@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from splinebba_cli.interruption import InterruptedRunError
     from splinebba_cli.project.diagnostics import Diagnostic
 
-_STYLES = {"error": "bold red", "warning": "bold yellow", "info": "bold cyan"}
-
 
 class Log:
     """Messages and progress on stderr.
@@ -120,11 +118,11 @@ def print_diagnostics(diagnostics: Sequence[Diagnostic], *, to_stdout: bool) -> 
 def _print_each(diagnostics: Sequence[Diagnostic], console: RichConsole) -> None:
     from rich.text import Text
 
-    from splinebba_cli.project.diagnostics import render_text
+    from splinebba_cli.project.diagnostics import SEVERITY_STYLES, render_text
 
     for item in diagnostics:
         text = Text(render_text([item]))
-        text.stylize(_STYLES[item.severity], 0, len(f"{item.severity}[{item.code}]"))
+        text.stylize(SEVERITY_STYLES[item.severity], 0, len(f"{item.severity}[{item.code}]"))
         for word, style in ((" | ", "blue"), ("= help:", "cyan")):
             text.highlight_words([word], style)
         console.print(text, soft_wrap=True)

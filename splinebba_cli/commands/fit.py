@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import os
 import time
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
+from splinebba_cli.commands import fit_options as option
 from splinebba_cli.commands.console import Log, expected_errors, print_json, rich_console
 from splinebba_cli.commands.digitised_options import (
     CartesianOption,
@@ -18,6 +16,7 @@ from splinebba_cli.commands.digitised_options import (
     ThresholdOption,
     column_names,
 )
+from splinebba_cli.commands.fit_options import ParameterizationChoice, RoleChoice
 from splinebba_cli.commands.options import FormatOption, OutputFormat, QuietOption, VerboseOption
 from splinebba_cli.errors import FitError, OutputError, UsageError
 
@@ -29,73 +28,22 @@ if TYPE_CHECKING:
     from splinebba_cli.report.fit_summary import Fitted
 
 
-class ParameterizationChoice(StrEnum):
-    """Locations with which a fit begins."""
-
-    chord_length = "chord_length"
-    uniform = "uniform"
-
-
-class RoleChoice(StrEnum):
-    """Role of a spline."""
-
-    tie = "tie"
-    control = "control"
-    check = "check"
-    partial = "partial"
-
-
 def fit(
-    points: Annotated[
-        Path,
-        typer.Argument(
-            metavar="POINTS",
-            help="Digitised points: CSV (x, y, z and, for several lines, spline) or GeoJSON; metres.",
-            show_default=False,
-        ),
-    ],
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FILE",
-            help="YAML to write, `-` for stdout. Default: POINTS.splines.yaml beside it.",
-        ),
-    ] = None,
+    points: option.PointsArgument,
+    output: option.FileOption = None,
     threshold_m: ThresholdOption = 0.05,
-    closed: Annotated[bool, typer.Option("--closed", help="The lines are closed.")] = False,
-    parameterization: Annotated[
-        ParameterizationChoice,
-        typer.Option("--parameterization", help="Locations of the points at the start of the fit."),
-    ] = ParameterizationChoice.chord_length,
-    id: Annotated[
-        str | None,
-        typer.Option("--id", metavar="ID", help="Id of the spline; of several: with a number behind it."),
-    ] = None,
-    role: Annotated[RoleChoice, typer.Option("--role", help="Role of the splines.")] = RoleChoice.tie,
-    sigma: Annotated[
-        str | None,
-        typer.Option(
-            "--sigma", metavar="METRES", help="σ of the knots, m, or `fixed`: control and partial need it."
-        ),
-    ] = None,
-    corner_angle: Annotated[
-        float | None,
-        typer.Option(
-            "--corner-angle",
-            metavar="DEGREES",
-            help="Corners where the points turn by more than so many degrees.",
-        ),
-    ] = None,
-    figure: Annotated[
-        Path | None, typer.Option("--figure", metavar="FILE", help="Figure to draw: svg, png or pdf.")
-    ] = None,
+    closed: option.ClosedOption = False,
+    parameterization: option.ParameterizationOption = ParameterizationChoice.chord_length,
+    id: option.IdOption = None,
+    role: option.RoleOption = RoleChoice.tie,
+    sigma: option.SigmaOption = None,
+    corner_angle: option.CornerAngleOption = None,
+    figure: option.FigureOption = None,
     columns: ColumnsOption = None,
     z: HeightOption = None,
     cartesian: CartesianOption = False,
     format: FormatOption = OutputFormat.text,
-    force: Annotated[bool, typer.Option("--force", help="Replace files that are there.")] = False,
+    force: option.ForceOption = False,
     quiet: QuietOption = False,
     verbose: VerboseOption = 0,
 ) -> None:

@@ -78,6 +78,15 @@ CheckFormatOption = Annotated[
     CheckFormat,
     typer.Option("--format", help="How results are printed; github: annotations of a workflow."),
 ]
+DispersionOption = Annotated[
+    DispersionChoice, typer.Option("--dispersion", help="How much of the dispersion matrices is kept.")
+]
+TablesOption = Annotated[TableChoice, typer.Option("--tables", help="Format of the result tables.")]
+OutliersOption = Annotated[
+    OutlierChoice | None,
+    typer.Option("--outliers", help="What is done with gross errors; default: as the project says."),
+]
+HtmlOption = Annotated[bool, typer.Option("--html/--no-html", help="Whether report.html is written.")]
 FormatOption = Annotated[OutputFormat, typer.Option("--format", help="How results are printed.")]
 
 

@@ -12,11 +12,10 @@ from splinebba_cli.commands import simulation_options as option
 from splinebba_cli.commands.console import Log, expected_errors, print_json, rich_console
 from splinebba_cli.commands.options import FormatOption, OutputFormat, QuietOption, VerboseOption
 from splinebba_cli.errors import OutputError, UsageError
+from splinebba_cli.project.file_content import PROJECT_FILE
 
 if TYPE_CHECKING:
     from splinebba_cli.simulation.targets import Target
-
-PROJECT_FILE = "project.yaml"
 
 
 def simulate(

@@ -7,11 +7,13 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Literal, overload
 
-from splinebba_cli.errors import ERROR_CODES, ProjectError
+from splinebba_cli.errors import ERROR_CODES
 from splinebba_cli.project.plain_text import brief, same_letters, shown
 
 Severity = Literal["error", "warning", "info"]
 
+#: How consoles set off a severity, in the words of rich.
+SEVERITY_STYLES: dict[str, str] = {"error": "bold red", "warning": "bold yellow", "info": "bold cyan"}
 #: So many diagnostics of one kind and table are spelt out; the rest is counted.
 SHOWN_PER_KIND = 20
 LONGEST_MESSAGE = 600
@@ -150,11 +152,6 @@ class Collector:
         files = list(dict.fromkeys(item.file for item in items))
         items.sort(key=lambda item: (files.index(item.file), item.line or 0))
         return tuple(items)
-
-    def raise_if_errors(self) -> None:
-        """Raise :class:`ProjectError` with everything gathered when there is an error."""
-        if self.has_errors:
-            raise ProjectError(self.finished())
 
 
 def suggestion(word: str, known: Iterable[str]) -> str:

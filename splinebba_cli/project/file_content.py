@@ -9,6 +9,7 @@ import os
 import stat
 from pathlib import Path
 
+PROJECT_FILE = "project.yaml"  # of a folder that is named in place of its project
 LARGEST_PROJECT_FILE = 256 * 2**20  # bytes: what stands in it is read scalar by scalar
 _UNKNOWN_MEMORY = 2**40
 

@@ -12,6 +12,7 @@ from splinebba_cli.core.network import Network
 from splinebba_cli.errors import ProjectError
 from splinebba_cli.project.build_context import FEATURES, Building, Purpose
 from splinebba_cli.project.diagnostics import Collector, Diagnostic
+from splinebba_cli.project.file_content import PROJECT_FILE
 from splinebba_cli.project.model import Project
 from splinebba_cli.project.network_builder import build_network
 from splinebba_cli.project.schema_errors import HOLD_WHEN_MENDED, validate
@@ -59,7 +60,7 @@ def load_project(path: Path | str, purpose: Purpose = "adjustment") -> LoadedPro
     """
     path = Path(path)
     if os.path.isdir(path):  # a name that is too long is none
-        path = path / "project.yaml"
+        path = path / PROJECT_FILE
     _log.info("reading %s", path)
     collector = Collector()
     source = read_yaml(path, collector)

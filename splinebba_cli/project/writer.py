@@ -18,6 +18,7 @@ from splinebba_cli.core.network import (
     Network,
     PointObservations,
 )
+from splinebba_cli.project.file_content import PROJECT_FILE
 from splinebba_cli.project.model import FORMAT_VERSION
 from splinebba_cli.project.network_tables import (
     arc_lengths_table,
@@ -93,7 +94,7 @@ def write_project(
             (folder / file).write_text(text, encoding="utf-8", newline="\n")
     except OSError as error:
         raise cannot_write(folder, error) from error
-    return folder / "project.yaml"
+    return folder / PROJECT_FILE
 
 
 def project_files(
@@ -140,7 +141,7 @@ def project_files(
         data["acceptance"] = dict(acceptance)
     if simulation:
         data["simulation"] = dict(simulation)
-    files["project.yaml"] = project_yaml(data, comment)
+    files[PROJECT_FILE] = project_yaml(data, comment)
     return files
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from splinebba_cli.output.result_json import result_to_dict
+from splinebba_cli.project.diagnostics import SEVERITY_STYLES
 from splinebba_cli.report.blocks import Column, ProblemList, Table, Tone, cell_text
 from splinebba_cli.report.feature_sections import splines_table
 from splinebba_cli.report.orientation_section import orientation_table
@@ -26,7 +27,6 @@ _STYLES: dict[Tone, str] = {
     "bad": "bold red",
     "neutral": "bold",
 }
-_SEVERITY_STYLES = {"error": "bold red", "warning": "bold yellow", "info": "bold cyan"}
 
 
 def console_summary(result: AdjustmentResult) -> ConsoleSummary:
@@ -80,7 +80,7 @@ class ConsoleSummary:
         items = block.items if isinstance(block, ProblemList) else ()
         for item in items[:_PROBLEMS]:
             text = Text.assemble(
-                (f"{item.severity}[{item.code}]", _SEVERITY_STYLES[item.severity]),
+                (f"{item.severity}[{item.code}]", SEVERITY_STYLES[item.severity]),
                 f" {item.sentence}",
             )
             if item.help:

@@ -7,7 +7,7 @@ import numpy as np
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.report.orientation_correlations import PARAMETERS, OrientationCorrelations
 from splinebba_cli.report.result_data import ResultData
-from splinebba_cli.report.svg_text import number, one_line, titled
+from splinebba_cli.report.svg_text import escaped_line, number, titled
 
 WHOLE = 12  # images in one matrix
 MAPS = 12  # images with a small map, those with the largest |r|
@@ -40,7 +40,7 @@ def _small(found: OrientationCorrelations) -> str:
         labels = _names_across(x, y, _CELL) + _names_down(x, y, _CELL)
         name = found.images[image]
         parts.append(
-            f'<text x="{number(x)}" y="{number(y - 18)}" font-weight="600">{one_line(name, 20)}</text>{labels}'
+            f'<text x="{number(x)}" y="{number(y - 18)}" font-weight="600">{escaped_line(name, 20)}</text>{labels}'
             + _cells(found.inside[image], (x, y), _CELL, [f"image {name} {p}" for p in PARAMETERS])
         )
     height = (1 + (len(images) - 1) // across) * step_y + _GAP
@@ -56,7 +56,7 @@ def _whole(images: tuple[str, ...], matrix: FloatArray) -> str:
     size = cell * len(matrix)
     for k, image in enumerate(images):
         begin = 6 * k * cell
-        shown = one_line(image, 9)
+        shown = escaped_line(image, 9)
         parts.append(
             f'<text x="{number(left + begin + 3 * cell)}" y="{number(top - 18)}" text-anchor="middle">{shown}</text>'
             f'<text x="{number(left - 24)}" y="{number(top + begin + 3.3 * cell)}" text-anchor="end">{shown}</text>'

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 
 from splinebba_cli.report.blocks import (
@@ -17,13 +16,12 @@ from splinebba_cli.report.blocks import (
     Tone,
     cell_text,
 )
-from splinebba_cli.report.printable import one_line
+from splinebba_cli.report.markdown_text import markdown_prose, markdown_text
 
 _ROWS = 25
 _ALERTS: dict[Tone, str] = {"good": "TIP", "warning": "WARNING", "bad": "CAUTION", "neutral": "NOTE"}
 _MARKS: dict[Tone, str] = {"good": " ✅", "warning": " ⚠️", "bad": " ❌", "neutral": ""}
 _SEVERITIES = {"error": "❌ **Error**", "warning": "⚠️ **Warning**", "info": "ℹ️ **Info**"}
-_SPECIAL = re.compile(r"([\\`*_{}\[\]<>#|~$])")
 
 
 def render_markdown(report: Report) -> str:
@@ -32,21 +30,21 @@ def render_markdown(report: Report) -> str:
     Long tables are cut, with the name of the file that has all rows; figures stand in report.html only.
     """
     lines = [
-        f"# {_text(report.title)}",
+        f"# {markdown_text(report.title)}",
         "",
-        _text(report.subtitle),
+        markdown_text(report.subtitle),
         "",
         f"> [!{_ALERTS[report.verdict.tone]}]",
-        f"> **{_text(report.verdict.headline)}**",
+        f"> **{markdown_text(report.verdict.headline)}**",
         ">",
-        f"> {_text(report.verdict.detail)}",
+        f"> {markdown_text(report.verdict.detail)}",
         "",
         *_facts(report.key_facts),
     ]
     for section in report.sections:
         bodies = [body for block in section.blocks if (body := list(_block(block)))]
         if bodies:
-            lines += ["", f"## {_text(section.title)}"]
+            lines += ["", f"## {markdown_text(section.title)}"]
             for body in bodies:
                 lines += ["", *body]
     return "\n".join(lines) + "\n"
@@ -56,7 +54,7 @@ def _block(block: Block) -> Iterable[str]:
     if isinstance(block, Facts):
         return _facts(block)
     if isinstance(block, Note):
-        return [_prose(block.text)]
+        return [markdown_prose(block.text)]
     if isinstance(block, ProblemList):
         return _problems(block)
     if isinstance(block, FigureBlock):
@@ -67,8 +65,8 @@ def _block(block: Block) -> Iterable[str]:
 def _facts(facts: Facts) -> list[str]:
     lines = ["| | | |", "|:--|--:|:--|"] if facts.items else []
     for fact in facts.items:
-        value = f"{_text(fact.value)}{_MARKS[fact.tone]}"
-        lines.append(f"| {_text(fact.label)} | {value} | {_text(fact.note)} |")
+        value = f"{markdown_text(fact.value)}{_MARKS[fact.tone]}"
+        lines.append(f"| {markdown_text(fact.label)} | {value} | {markdown_text(fact.note)} |")
     return lines
 
 
@@ -77,17 +75,17 @@ def _problems(problems: ProblemList) -> list[str]:
         return ["None found."]
     lines = []
     for item in problems.items:
-        lines.append(f"- {_SEVERITIES[item.severity]} {item.code}: {_prose(item.sentence)}")
+        lines.append(f"- {_SEVERITIES[item.severity]} {item.code}: {markdown_prose(item.sentence)}")
         if item.help:
-            lines.append(f"  <br>→ {_prose(item.help)}")
+            lines.append(f"  <br>→ {markdown_prose(item.help)}")
     return lines
 
 
 def _table(table: Table) -> list[str]:
     rows = table.rows[:_ROWS]
-    head = [f"{_text(column.heading)}" for column in table.columns]
+    head = [markdown_text(column.heading) for column in table.columns]
     rule = ["--:" if column.numeric else ":--" for column in table.columns]
-    lines = [f"**{_text(table.caption)}**", "", _row(head), _row(rule)]
+    lines = [f"**{markdown_text(table.caption)}**", "", _row(head), _row(rule)]
     for number, row in enumerate(rows):
         cells = [_cell(column, cell) for column, cell in zip(table.columns, row, strict=True)]
         if number in table.marked:
@@ -96,39 +94,21 @@ def _table(table: Table) -> list[str]:
     if len(table.rows) > _ROWS:
         where = f"; all are in `{table.source}`" if table.source else ""
         lines += ["", f"The first {_ROWS} of {len(table.rows)} rows{where}."]
-    words = [f"**{_text(column.title)}**: {_prose(column.help)}." for column in table.legend]
-    words += [_prose(table.note)] if table.note else []
+    words = [f"**{markdown_text(column.title)}**: {markdown_prose(column.help)}." for column in table.legend]
+    words += [markdown_prose(table.note)] if table.note else []
     lines += ["", " ".join(words)] if words else []
     return _folded(table, lines) if table.folded else lines
 
 
 def _folded(table: Table, lines: list[str]) -> list[str]:
     """A part that GitHub shows closed."""
-    summary = f"<summary>{_text(table.caption)} ({len(table.rows)} rows)</summary>"
+    summary = f"<summary>{markdown_text(table.caption)} ({len(table.rows)} rows)</summary>"
     return ["<details>", summary, "", *lines[2:], "", "</details>"]
 
 
 def _cell(column: Column, cell: str | float | int | None) -> str:
-    return _text(cell_text(column, cell))
+    return markdown_text(cell_text(column, cell))
 
 
 def _row(cells: list[str]) -> str:
     return f"| {' | '.join(cells)} |"
-
-
-def _text(text: str) -> str:
-    """A text as it is: nothing in it is markup, and it keeps to its line."""
-    return _SPECIAL.sub(lambda match: _ESCAPES.get(match.group(), f"\\{match.group()}"), one_line(text))
-
-
-_ESCAPES = {"<": "&lt;", ">": "&gt;"}
-
-
-def _prose(text: str) -> str:
-    """A text of the program, whose `names` in backticks are set as code."""
-    parts = re.split(r"`([^`]*)`", text)
-    return "".join(_code(part) if number % 2 else _text(part) for number, part in enumerate(parts))
-
-
-def _code(text: str) -> str:
-    return f"<code>{_text(text)}</code>" if text else ""

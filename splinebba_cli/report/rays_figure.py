@@ -9,7 +9,7 @@ import numpy as np
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.report.result_data import ResultData, SplineSamples
 from splinebba_cli.report.scale import length_scale
-from splinebba_cli.report.svg_text import number, one_line, titled
+from splinebba_cli.report.svg_text import escaped_line, number, titled
 
 ROWS = 40  # images, those with the most points
 _LEFT, _RIGHT, _TOP, _ROW, _BOTTOM, _WIDTH = 96.0, 52.0, 18.0, 15.0, 36.0, 760.0
@@ -89,7 +89,7 @@ def _row(image: str, along: FloatArray, top: float, scale: float) -> str:
         tip += f"\nlongest gap {length_scale([gap]).text(gap)}"
     return (
         f'<path class="axis" d="M{number(_LEFT)} {number(base)}H{number(_WIDTH - _RIGHT)}"/>'
-        f'<text x="{number(_LEFT - 8)}" y="{number(base)}" text-anchor="end">{one_line(image, 12)}</text>'
+        f'<text x="{number(_LEFT - 8)}" y="{number(base)}" text-anchor="end">{escaped_line(image, 12)}</text>'
         f'<text class="soft" x="{number(_WIDTH - _RIGHT + 8)}" y="{number(base)}">{len(along)}</text>'
         + titled("path", f'class="rays" d="{marks}"', tip)
     )

@@ -6,6 +6,8 @@ import re
 from collections.abc import Sequence
 from html import escape
 
+from splinebba_cli.report.printable import one_line
+
 _DRAWN = re.compile(r"<(use|path)\b([^>]*?)/>")
 _SHARED = re.compile(r' (?:clip-path|style)="[^"]*"')
 _DEFINITIONS = re.compile(r"<defs>.*?</defs>", re.DOTALL)
@@ -13,7 +15,7 @@ _DEFINITIONS = re.compile(r"<defs>.*?</defs>", re.DOTALL)
 
 def visible(text: str, longest: int | None = None) -> str:
     """An id of the user in one line: control characters made visible, cut after `longest` characters."""
-    shown = "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+    shown = one_line(text)
     return shown if longest is None or len(shown) <= longest else f"{shown[: longest - 1]}…"
 
 
@@ -22,7 +24,7 @@ def plain(text: str) -> str:
     return escape("\n".join(map(visible, text.split("\n"))), quote=True)
 
 
-def one_line(text: str, longest: int | None = None) -> str:
+def escaped_line(text: str, longest: int | None = None) -> str:
     """An id, escaped, without line breaks, cut after `longest` characters."""
     return escape(visible(text, longest), quote=True)
 

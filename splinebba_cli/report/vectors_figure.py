@@ -9,7 +9,7 @@ import numpy as np
 from splinebba_cli.report.measured_image import MeasuredPoints
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.scale import round_length
-from splinebba_cli.report.svg_text import one_line
+from splinebba_cli.report.svg_text import escaped_line
 from splinebba_cli.report.vectors_panel import Panel
 
 SHOWN = 6  # images that are drawn at once
@@ -38,7 +38,7 @@ def image_vectors(data: ResultData) -> str:
     text = f'<p class="legend">{_LEGEND}</p><div class="panels">{first}</div>'
     if len(images) > SHOWN:
         rest = "".join(
-            f"<details><summary>{one_line(image)}</summary>{panel.svg(image)}</details>"
+            f"<details><summary>{escaped_line(image)}</summary>{panel.svg(image)}</details>"
             for image in sorted(images[SHOWN:], key=_natural)
         )
         text += f'<div class="choice" data-label="Another image">{rest}</div>'

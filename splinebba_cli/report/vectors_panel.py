@@ -10,7 +10,7 @@ from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.report.measured_image import MeasuredPoints
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.scale import grouped, round_length
-from splinebba_cli.report.svg_text import number, one_line, titled
+from splinebba_cli.report.svg_text import escaped_line, number, titled
 
 _WIDTH, _TOP, _BOTTOM = 400.0, 1.0, 24.0
 _CUT = 0.25  # of the width: longer vectors are cut
@@ -81,7 +81,7 @@ class Panel:
         count = f"{len(rows)} points" if drawn == len(rows) else f"{drawn} of {len(rows)} points"
         out = int(self._points.out[rows].sum())
         text = f"{count}, rms {1e3 * self._points.rms_mm(image):.2f} µm" + (f", {out} out" if out else "")
-        return f'<p id="{self._name(image)}"><strong>{one_line(image, 40)}</strong> {text}</p>'
+        return f'<p id="{self._name(image)}"><strong>{escaped_line(image, 40)}</strong> {text}</p>'
 
     def _frame(self, height: float, half: FloatArray, scale: float, camera: dict[str, Any]) -> str:
         x0, y0 = camera["principal_point_mm"]

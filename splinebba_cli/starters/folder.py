@@ -1,4 +1,4 @@
-"""The folder of a starter: made as a whole, or, where it is there, file by file with the project file last."""
+"""The folder of a starter: its files come together or not at all, whatever else the folder holds."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from splinebba_cli.errors import OutputError
-from splinebba_cli.output.atomic import replace_directory, write_file_atomically
-
-PROJECT_FILE = "project.yaml"
+from splinebba_cli.output.publish import published
+from splinebba_cli.project.file_content import PROJECT_FILE
 
 
 def require_free(folder: Path, force: bool) -> None:
@@ -27,7 +26,7 @@ def require_free(folder: Path, force: bool) -> None:
 
 
 def write_starter(folder: Path, files: Mapping[str, str]) -> Path:
-    """Write the files; those of other names stay.
+    """Write the files, all of them or none; those of other names stay.
 
     Returns
     -------
@@ -36,13 +35,9 @@ def write_starter(folder: Path, files: Mapping[str, str]) -> Path:
     Raises
     ------
     OutputError
-        SBB601, if something cannot be written.
+        SBB601, SBB604, SBB605, SBB606, SBB607, if something cannot be written.
     """
-    if folder.exists():  # its own place stays: somebody's shell may stand in it
-        for name in sorted(files, key=lambda name: (name == PROJECT_FILE, name)):
-            write_file_atomically(folder / name, files[name])
-    else:
-        with replace_directory(folder, lambda _: False) as fresh:
-            for name, text in files.items():
-                (fresh / name).write_text(text, encoding="utf-8", newline="\n")
+    with published(folder, PROJECT_FILE) as fresh:
+        for name, text in files.items():
+            (fresh / name).write_text(text, encoding="utf-8", newline="\n")
     return folder / PROJECT_FILE

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from importlib.resources import files
 from string import Template
 
+from splinebba_cli.project.file_content import PROJECT_FILE
 from splinebba_cli.project.json_schema import schema_text
 from splinebba_cli.project.yaml_writing import FIRST_LINE
 
@@ -20,9 +21,9 @@ def project_texts(template: str, values: Mapping[str, object]) -> dict[str, str]
     template : name of the starter
     values : what stands for ``${name}`` in its texts
     """
-    project = Template(stored_text(template, "project.yaml")).substitute(values)
+    project = Template(stored_text(template, PROJECT_FILE)).substitute(values)
     notes = Template(stored_text(template, "README.md")).substitute(values)
-    return {"project.yaml": FIRST_LINE + project, "README.md": notes, SCHEMA_FILE: schema_text("project")}
+    return {PROJECT_FILE: FIRST_LINE + project, "README.md": notes, SCHEMA_FILE: schema_text("project")}
 
 
 def stored_text(template: str, file: str) -> str:

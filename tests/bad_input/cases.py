@@ -6,7 +6,7 @@ import os
 import re
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import chdir
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -87,7 +87,7 @@ class Case:
             self.content.get("project", "project.yaml"),
             *self.content.get("options", ()),
         ]
-        with within(folder):
+        with chdir(folder):
             result = CliRunner().invoke(app, arguments)
         counts = result.stdout.find("\nharbour\n") if result.exit_code == 0 else -1
         return result.exit_code, result.stdout if counts < 0 else result.stdout[:counts]
@@ -159,14 +159,3 @@ def all_cases() -> list[Case]:
     """The catalogue."""
     folders = sorted(path.parent for path in CATALOGUE.glob("*/case.yaml"))
     return [Case(f.name, yaml.safe_load((f / "case.yaml").read_text(encoding="utf-8"))) for f in folders]
-
-
-@contextmanager
-def within(folder: Path) -> Iterator[None]:
-    """Work in a folder."""
-    before = Path.cwd()
-    os.chdir(folder)
-    try:
-        yield
-    finally:
-        os.chdir(before)

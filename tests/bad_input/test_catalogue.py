@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 import re
+from contextlib import chdir
 from pathlib import Path
 
 import pytest
 
 from splinebba_cli.errors import ERROR_CODES
 from splinebba_cli.project.file_content import in_words, memory_bytes
-from tests.bad_input.cases import BASES, Case, all_cases, findings, fits, within
+from tests.bad_input.cases import BASES, Case, all_cases, findings, fits
 
 CASES = all_cases()
 
@@ -53,7 +54,7 @@ def test_message_and_place(case: Case, tmp_path: Path) -> None:
 
 def listing(folder: Path) -> list[tuple[str, int]]:
     """Everything in a folder, with its size."""
-    with within(folder):
+    with chdir(folder):
         return sorted(
             (os.path.join(root, name), os.lstat(os.path.join(root, name)).st_size)
             for root, folders, files in os.walk(".")

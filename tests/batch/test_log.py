@@ -24,6 +24,14 @@ def test_every_line_is_there_at_once(tmp_path: Path) -> None:
     assert json.loads(path.read_text(encoding="utf-8").splitlines()[-1])["not_run"] == 1
 
 
+def test_a_name_that_is_no_unicode(tmp_path: Path) -> None:
+    log = BatchLog(tmp_path / "batch.jsonl", {})
+    log.add(outcome := Outcome("caf\udce9.yaml", Verdict.accepted))
+    log.close({})
+    line = (tmp_path / "batch.jsonl").read_text(encoding="utf-8").splitlines()[1]
+    assert Outcome.of_data(json.loads(line)) == outcome
+
+
 def test_a_place_that_cannot_be_written(tmp_path: Path) -> None:
-    with pytest.raises(OutputError, match="SBB601"):
+    with pytest.raises(OutputError, match="SBB607"):
         BatchLog(tmp_path, {})

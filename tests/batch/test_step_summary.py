@@ -36,7 +36,7 @@ def test_table_and_problems() -> None:
     assert cells(rows[3]) == ["a/project.yaml", "✅ accepted", "1.0000", "7", "", "", "1.2 s"]
     items = [line for line in lines if line.startswith("- ")]
     assert items[0] == (
-        r"- **error SBB201** unknown key `a\|b` &lt;b>\* new (b\|c/project.yaml:3:1)<br>help\_me"
+        r"- **error SBB201** unknown key <code>a\|b</code> &lt;b&gt;\* new (b\|c/project.yaml:3:1)<br>help\_me"
     )
     assert len(items) == 11 and items[-1] == "- … and 2 more"
     assert lines.count("</details>") == 1
@@ -48,6 +48,8 @@ def test_appended(tmp_path: Path) -> None:
     path.write_text("before\n")
     append_step_summary(path, [GOOD])
     assert path.read_text(encoding="utf-8") == "before\n" + step_summary([GOOD])
+    append_step_summary(path, [replace(GOOD, project="caf\udce9.yaml")])
+    assert r"| caf\\udce9.yaml |" in path.read_text(encoding="utf-8")
     with pytest.raises(OutputError):
         append_step_summary(tmp_path / "no" / "summary.md", [GOOD])
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -62,10 +64,25 @@ def test_changed_and_missing_files(adjusted: tuple[Task, Outcome], name: str) ->
     assert kept_outcome(task) is not None
 
 
-def edited(change: Callable[[dict[str, dict[str, object]]], object]) -> Callable[[str], str]:
+def test_a_table_that_has_become_a_pipe(adjusted: tuple[Task, Outcome]) -> None:
+    task, _ = adjusted
+    path = task.project_file.with_name("images.csv")
+    content = path.read_bytes()
+    try:
+        path.unlink()
+        os.mkfifo(path)
+        assert kept_outcome(task) is None
+    finally:
+        path.unlink()
+        path.write_bytes(content)
+
+
+def edited(change: Callable[[Any], object], part: str | None = "provenance") -> Callable[[str], str]:
+    """An edit of a part of result.json, or of all of it."""
+
     def edit(text: str) -> str:
         data = json.loads(text)
-        change(data["provenance"])
+        change(data if part is None else data[part])
         return json.dumps(data)
 
     return edit
@@ -79,6 +96,12 @@ def edited(change: Callable[[dict[str, dict[str, object]]], object]) -> Callable
         edited(lambda provenance: provenance.pop("options")),
         edited(lambda provenance: provenance.pop("inputs")),
         edited(lambda provenance: provenance.clear()),
+        edited(lambda provenance: provenance.update(inputs=3)),
+        edited(lambda content: content.pop("provenance"), None),
+        edited(lambda content: content.update(provenance=[]), None),
+        edited(lambda content: content.pop("statistics"), None),
+        edited(lambda content: content.update(acceptance=[{}]), None),
+        edited(lambda content: content.update(problems=[{"code": "SBB520"}]), None),
     ],
 )
 def test_other_results(adjusted: tuple[Task, Outcome], edit: Callable[[str], str]) -> None:

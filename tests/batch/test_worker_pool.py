@@ -19,6 +19,7 @@ from splinebba_cli.jobs.adjust_job import AdjustOptions
 from tests.batch.faulty_worker import start_code
 
 MakeTask = Callable[[str], Task]
+LONGEST_S = 300.0  # on a loaded machine; those that sleep take twice as long
 
 
 @pytest.fixture
@@ -34,7 +35,7 @@ def task(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> MakeTask:
     return make
 
 
-def gone(process: int, seconds: float = 10.0) -> bool:
+def gone(process: int, seconds: float = 60.0) -> bool:
     """Whether a process is gone, after it was waited for."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
@@ -74,9 +75,10 @@ def test_threads_are_shared_out_and_processes_are_kept(
 def test_time_limit(task: MakeTask) -> None:
     pool = WorkerPool(1)
     begin = time.monotonic()
-    outcomes = [pool.run(task(name), 0.5) for name in ("sleeps", "stubborn", "tells")]
+    limits = {"sleeps": 0.5, "stubborn": 0.5, "tells": 60.0}
+    outcomes = [pool.run(task(name), limit) for name, limit in limits.items()]
     assert [outcome.verdict for outcome in outcomes] == [Verdict.timed_out] * 2 + [Verdict.accepted]
-    assert time.monotonic() - begin < 60.0
+    assert time.monotonic() - begin < LONGEST_S
     (problem,) = outcomes[0].problems
     assert (problem.code, problem.message) == ("SBB802", "not finished after 0.5 s")
     pool.close()
@@ -89,7 +91,7 @@ def test_leaving_ends_the_processes_at_work(task: MakeTask) -> None:
     first = next(outcomes)
     assert isinstance(first, Outcome) and first.verdict is Verdict.accepted
     outcomes.close()
-    assert time.monotonic() - begin < 60.0
+    assert time.monotonic() - begin < LONGEST_S
     assert gone(int(first.details.split()[1]))
 
 

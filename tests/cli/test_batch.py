@@ -173,7 +173,7 @@ def begun_batch(folder: Path, *words: str) -> tuple[subprocess.Popen[str], int]:
 
 def _comes(state: Callable[[], bool]) -> bool:
     """Whether something is so, at last."""
-    end = time.monotonic() + 60.0
+    end = time.monotonic() + 120.0
     while not state() and time.monotonic() < end:
         time.sleep(0.05)
     return state()
@@ -202,7 +202,7 @@ def test_interrupted(here: Path) -> None:
     batch, worker = begun_batch(here, "done", "sleeps", "--log", "log.jsonl", "--junit", "junit.xml")
     assert _ignores(worker, signal.SIGINT)  # Ctrl-C reaches all processes of a terminal, and is for the batch
     os.killpg(batch.pid, signal.SIGINT)
-    output, errors = batch.communicate(timeout=30)
+    output, errors = batch.communicate(timeout=120)
     assert batch.returncode == 130, errors
     assert "2 projects: 1 accepted, 1 not run" in output
     assert "interrupted; 1 of 2 projects are done, --resume goes on" in errors

@@ -76,6 +76,7 @@ def test_usage_errors_as_json(command: str) -> None:
     assert result.exit_code == 2
     (problem,) = json_of(result.stdout)["problems"]
     assert problem["code"] == "SBB900" and "--no-such-option" in problem["message"]
+    assert run(command, "--format=json", "--no-such-option").stdout == result.stdout
     as_text = run(command, "--no-such-option")
     assert as_text.exit_code == 2 and as_text.stdout == "" and "error[SBB900]" in as_text.stderr
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import json
+import sys
 
 import pytest
 from typer.testing import CliRunner
@@ -44,23 +46,10 @@ def test_unknown_codes_get_near_ones() -> None:
 
 
 def test_on_a_terminal_it_is_laid_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    import sys
-
     from splinebba_cli.commands import explain as command
 
-    class Terminal:
+    class Terminal(io.StringIO):
         """A standard output that says it is a terminal."""
-
-        def __init__(self) -> None:
-            self.text = ""
-            self.encoding = "utf-8"
-
-        def write(self, text: str) -> int:
-            self.text += text
-            return len(text)
-
-        def flush(self) -> None:
-            pass
 
         def isatty(self) -> bool:
             return True
@@ -68,5 +57,6 @@ def test_on_a_terminal_it_is_laid_out(monkeypatch: pytest.MonkeyPatch) -> None:
     shown = Terminal()
     monkeypatch.setattr(sys, "stdout", shown)
     command.explain("SBB301")
-    assert "## Cause" not in shown.text and "```" not in shown.text
-    assert "Cause" in shown.text and "did you mean `cam`?" in shown.text
+    text = shown.getvalue()
+    assert "## Cause" not in text and "```" not in text
+    assert "Cause" in text and "did you mean `cam`?" in text

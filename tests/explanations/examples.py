@@ -7,11 +7,9 @@ block holds a command after ``$``, and below it what the program says about the 
 
 from __future__ import annotations
 
-import os
 import re
 import shlex
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import chdir
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -71,19 +69,9 @@ def printed(example: Example, folder: Path) -> str:
     """What the program says about the code of the page: its paragraphs that begin with it."""
     for name, text in example.files.items():
         (folder / name).write_text(text, encoding="utf-8")
-    with _inside(folder):
+    with chdir(folder):
         result = CliRunner().invoke(app, shlex.split(example.command)[1:])
     paragraphs = re.split(r"\n\n", result.output.strip("\n"))
     about = re.compile(rf"^(error|warning|info)\[{example.code}\]", re.MULTILINE)
     starts = [(text, about.search(text)) for text in paragraphs]  # lines of progress may stand before
     return "\n\n".join(text[start.start() :].rstrip() for text, start in starts if start)
-
-
-@contextmanager
-def _inside(folder: Path) -> Iterator[None]:
-    before = Path.cwd()
-    os.chdir(folder)
-    try:
-        yield
-    finally:
-        os.chdir(before)

@@ -43,6 +43,50 @@ def test_replaces_and_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert _leftovers(target.parent) == []
 
 
+def test_a_folder_keeps_its_permissions(tmp_path: Path) -> None:
+    target = tmp_path / "out"
+    before = os.umask(0o027)
+    try:
+        _write(target, "old")
+        assert target.stat().st_mode & 0o777 == 0o750  # those of any new folder, not of a temporary one
+        target.chmod(0o705)
+        _write(target, "new")
+    finally:
+        os.umask(before)
+    assert target.stat().st_mode & 0o777 == 0o705
+
+
+def test_a_folder_is_on_the_disk_before_it_takes_its_place(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A power failure finds whole files under the final name."""
+    forced: list[int] = []
+    at_the_exchange: list[int] = []
+    real_exchange, real_fsync = atomic.exchange, os.fsync
+
+    def fsync(descriptor: int) -> None:
+        forced.append(os.fstat(descriptor).st_ino)
+        real_fsync(descriptor)
+
+    def exchange(first: Path, second: Path) -> bool:
+        at_the_exchange.extend(forced)
+        return real_exchange(first, second)
+
+    target = tmp_path / "out"
+    _write(target, "old")
+    monkeypatch.setattr(os, "fsync", fsync)
+    monkeypatch.setattr(atomic, "exchange", exchange)
+    with replace_directory(target, _always) as folder:
+        (folder / "a").write_text("new")
+        (folder / "inside").mkdir()
+        (folder / "inside" / "b").write_text("new")
+    written = {
+        path.stat().st_ino for path in (target, target / "a", target / "inside", target / "inside" / "b")
+    }
+    assert written <= set(at_the_exchange)
+    assert tmp_path.stat().st_ino == forced[-1]
+
+
 def test_failure_leaves_the_old_folder(tmp_path: Path) -> None:
     target = tmp_path / "out"
     _write(target, "old")

@@ -97,7 +97,7 @@ def page_of(browser: Browser, watched: Watched) -> Iterator[PageOf]:
             reduced_motion="reduce",
         )
         contexts.append(context)
-        context.set_default_timeout(10_000)
+        context.set_default_timeout(60_000)  # of a loaded machine
         page = context.new_page()
         watched.watch(page)
         page.goto(path.resolve().as_uri())

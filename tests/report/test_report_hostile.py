@@ -11,6 +11,7 @@ import pytest
 
 from splinebba_cli.core.result import Problem
 from splinebba_cli.report.build import write_report
+from splinebba_cli.report.printable import one_line
 from tests.output.factory import Loaded, make_result, write_results
 from tests.report.browser import PHONE, PageOf, Watched
 
@@ -112,6 +113,8 @@ def test_markdown_is_no_markup(folder: Path, tmp_path: Path) -> None:
     found.feed(html)
     structure = {"h1", "h2", "p", "blockquote", "strong", "ul", "li", "br", "code", "details", "summary"}
     assert found.names <= structure | {"table", "thead", "tbody", "tr", "th", "td"}
+    texts = "".join(found.texts)
+    assert all(one_line(evil) in texts for evil in EVIL)
     columns = [line.replace("\\|", "").count("|") for line in text.splitlines() if line.startswith("|")]
     assert min(columns) >= 3
 
@@ -120,6 +123,10 @@ class _Tags(HTMLParser):
     def __init__(self) -> None:
         super().__init__()
         self.names: set[str] = set()
+        self.texts: list[str] = []
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.names.add(tag)
+
+    def handle_data(self, data: str) -> None:
+        self.texts.append(data)

@@ -119,6 +119,25 @@ def test_words_and_comparisons_filter_all_rows(page_of: PageOf, file: Path, coun
     assert _filter(page, "") == expected(count)
 
 
+COMPARED = """(typed) => {
+  const values = [-2, 3, null, 3.5];
+  const rows = { value: (row) => values[row] };
+  const asked = tableFilter(typed, ["σ X [mm]"], [true], 0);
+  return values.flatMap((value, row) => (asked.matches(rows, row) ? [value] : []));
+}"""
+
+
+@pytest.mark.parametrize("count", [90], indirect=True)
+def test_every_comparison(page_of: PageOf, file: Path, count: int) -> None:
+    page = page_of(file)
+    found = {
+        "< 3": [-2], "<= 3": [-2, 3], "≤3": [-2, 3], "> 3": [3.5], ">= 3": [3, 3.5], "≥ 3": [3, 3.5],
+        "= 3": [3], "!= 3": [-2, 3.5], "≠ 3": [-2, 3.5], "x > −2": [3, 3.5], "|x| = 2": [-2],
+        "|σ x| < 3,1": [-2, 3], "σ x [mm] > 3.1e0": [3.5],
+    }  # fmt: skip
+    assert {typed: page.evaluate(COMPARED, typed) for typed in found} == found
+
+
 def test_marked_rows_alone(page_of: PageOf, file: Path, count: int) -> None:
     page = page_of(file)
     only = page.get_by_role("button", name="Only marked (2)")
