@@ -31,6 +31,7 @@ from splinebba_cli.core.quality.dissertation_count import (
     printed_independent_points,
     reason_of_curve,
 )
+from splinebba_cli.core.quality.gauge_defects import before_conditions
 from splinebba_cli.core.quality.null_problems import null_problems
 from splinebba_cli.core.quality.rank_contributions import FeatureRank, curve_ranks, image_ranks, point_ranks
 from splinebba_cli.core.result import Problem
@@ -143,9 +144,13 @@ def budget(network: Network) -> Budget:
     _log.info("budgets of features and images")
     with one_thread():  # many small matrices
         features, images = (*counted.splines(), *counted.points()), counted.images()
-    return Budget(
-        equations, unknowns, rank, unknowns - rank, equations - rank, features, images, (*problems, *named)
-    )
+    nulls = {
+        each.id: each.unknowns - each.rank
+        for each in features
+        if each.kind == "spline" and each.rank is not None
+    }
+    seen = before_conditions((*problems, *named), network, nulls)
+    return Budget(equations, unknowns, rank, unknowns - rank, equations - rank, features, images, seen)
 
 
 @dataclass(frozen=True)
