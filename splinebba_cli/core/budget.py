@@ -14,6 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
+from splinebba_cli.core.approximation.misfit import misfit_of_given, told_of_misfit
 from splinebba_cli.core.approximation.starting_values import starting_state
 from splinebba_cli.core.estimation.blas_threads import one_thread
 from splinebba_cli.core.estimation.counts import count_equations
@@ -121,6 +122,11 @@ def budget(network: Network) -> Budget:
     """
     _log.info("approximate values")
     network = begin_search(network).part.network
+    with told_of_misfit(network):
+        return _budget(network)
+
+
+def _budget(network: Network) -> Budget:
     prepared = prepare(network)
     state, problems = starting_state(prepared)
     try:
@@ -149,7 +155,7 @@ def budget(network: Network) -> Budget:
         for each in features
         if each.kind == "spline" and each.rank is not None
     }
-    seen = before_conditions((*problems, *named), network, nulls)
+    seen = before_conditions((*misfit_of_given(network), *problems, *named), network, nulls)
     return Budget(equations, unknowns, rank, unknowns - rank, equations - rank, features, images, seen)
 
 
