@@ -88,6 +88,7 @@ ERROR_CODES: dict[str, str] = {
     "SBB503": "no approximate values",
     "SBB504": "point intersected at a small angle",
     "SBB505": "approximate values put features behind the images",
+    "SBB506": "given orientations do not fit the measurements",
     "SBB510": "acceptance criterion failed",
     "SBB520": "spline not determined",
     "SBB521": "point not determined",

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 from splinebba_cli.commands.console import (
     Log,
+    error_data,
     expected_errors,
     print_annotations,
     print_diagnostics,
+    print_error_annotations,
     print_json,
     problem_data,
     problem_text,
@@ -26,11 +28,10 @@ from splinebba_cli.commands.options import (
     QuietOption,
     VerboseOption,
 )
-from splinebba_cli.errors import ExitCode, ProjectError
+from splinebba_cli.errors import ExitCode, NotSolvableError, ProjectError
 
 if TYPE_CHECKING:
     from splinebba_cli.core.budget import Budget
-    from splinebba_cli.core.result import Problem
     from splinebba_cli.project.loading import LoadedProject
 
 
@@ -48,9 +49,8 @@ def check(
 
         with log.working():
             loaded = load_project(project)
-            found = budget(loaded.network)
-        seen = (_as_seen_here(each, loaded.network.settings.datum) for each in found.problems)
-        found = replace(found, problems=tuple(seen))
+            with _told_with(loaded, format, quiet):
+                found = budget(loaded.network)
         log.detail(f"size: {found.equations} equations, {found.unknowns} unknowns")
         log.finished()
         if format is CheckFormat.json:
@@ -77,12 +77,21 @@ def _findings_as_results(format: CheckFormat) -> Iterator[None]:
         raise typer.Exit(ExitCode.INVALID) from None
 
 
-def _as_seen_here(problem: Problem, datum: str) -> Problem:
-    """Defects of the measurements alone that `adjust` fills by gauge and datum conditions are no errors."""
-    filled = ("SBB520", "SBB523") if datum != "control" else ("SBB520",)
-    if problem.severity == "error" and problem.code in filled:
-        return replace(problem, severity="warning")
-    return problem
+@contextmanager
+def _told_with(loaded: LoadedProject, format: CheckFormat, quiet: bool) -> Iterator[None]:
+    """A project without a budget: its warnings are told before the error, they often name the cause."""
+    from splinebba_cli.project.diagnostics import as_json_data
+
+    try:
+        yield
+    except NotSolvableError as error:
+        if format is CheckFormat.json:
+            print_json({"problems": [*as_json_data(loaded.diagnostics), *error_data(error)]})
+            raise typer.Exit(error.exit_code) from None
+        _print_findings(() if quiet else loaded.diagnostics, format)
+        if format is CheckFormat.github:
+            print_error_annotations(loaded.path, error)
+        raise
 
 
 def counts(loaded: LoadedProject) -> dict[str, int]:

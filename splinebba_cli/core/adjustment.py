@@ -19,6 +19,7 @@ from splinebba_cli.core.approximation.control_network import (
     points_only,
 )
 from splinebba_cli.core.approximation.curve_refinement import calmed, refine_curves
+from splinebba_cli.core.approximation.misfit import told_of_misfit
 from splinebba_cli.core.approximation.starting_values import starting_state
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution, solve_with_conditions
 from splinebba_cli.core.estimation.datum import datum_layout, free_directions
@@ -72,6 +73,11 @@ def adjust(
     NotConvergedError
         If the iterations do not end with a negligible step.
     """
+    with told_of_misfit(network):
+        return _adjusted(network, observer, full_dispersion)
+
+
+def _adjusted(network: Network, observer: Observer | None, full_dispersion: bool) -> AdjustmentResult:
     begin = time.perf_counter()
     log: list[Iteration] = []
 

@@ -14,6 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
+from splinebba_cli.core.approximation.misfit import misfit_of_given, told_of_misfit
 from splinebba_cli.core.approximation.starting_values import starting_state
 from splinebba_cli.core.estimation.blas_threads import one_thread
 from splinebba_cli.core.estimation.counts import count_equations
@@ -31,6 +32,7 @@ from splinebba_cli.core.quality.dissertation_count import (
     printed_independent_points,
     reason_of_curve,
 )
+from splinebba_cli.core.quality.gauge_defects import before_conditions
 from splinebba_cli.core.quality.null_problems import null_problems
 from splinebba_cli.core.quality.rank_contributions import FeatureRank, curve_ranks, image_ranks, point_ranks
 from splinebba_cli.core.result import Problem
@@ -120,6 +122,11 @@ def budget(network: Network) -> Budget:
     """
     _log.info("approximate values")
     network = begin_search(network).part.network
+    with told_of_misfit(network):
+        return _budget(network)
+
+
+def _budget(network: Network) -> Budget:
     prepared = prepare(network)
     state, problems = starting_state(prepared)
     try:
@@ -143,9 +150,13 @@ def budget(network: Network) -> Budget:
     _log.info("budgets of features and images")
     with one_thread():  # many small matrices
         features, images = (*counted.splines(), *counted.points()), counted.images()
-    return Budget(
-        equations, unknowns, rank, unknowns - rank, equations - rank, features, images, (*problems, *named)
-    )
+    nulls = {
+        each.id: each.unknowns - each.rank
+        for each in features
+        if each.kind == "spline" and each.rank is not None
+    }
+    seen = before_conditions((*misfit_of_given(network), *problems, *named), network, nulls)
+    return Budget(equations, unknowns, rank, unknowns - rank, equations - rank, features, images, seen)
 
 
 @dataclass(frozen=True)

@@ -148,7 +148,7 @@ def _check_coordinates(
         help = "give another property `id` or `name`"
         collector.error("SBB210", f"the id of {name} {problem}", place, help, kind="ids of lines")
     if np.isposinf(line.points[:, 2]).any() and options.height is None:
-        help = "`--z 0` gives them this height"
+        help = "`--z METRES` gives them this height"
         collector.error("SBB322", f"{name} has points without a height", place, help, kind="heights")
     elif not (np.abs(line.points) <= LARGEST_NUMBER).all():
         message = f"{name} has coordinates that are not finite, or more than {LARGEST_NUMBER:.0e}"

@@ -79,8 +79,11 @@ def _add_table(
     ids = table.texts("point")
     taken = _selected(entry, path, ids, building)
     xyz = columns_of(table, XYZ)
-    sigma = sigma_columns(table, entry.sigma)
     roles = _roles(entry, path, table, building)
+    sigma = sigma_columns(table, entry.sigma)
+    if table.has("role"):  # σ of the whole table is that of its points with coordinates
+        ties = np.array([role == "tie" for role in roles], dtype=bool)
+        sigma[ties] = sigma_columns(table, None)[ties]
     for row in taken:
         role = roles[row]
         if role is None:

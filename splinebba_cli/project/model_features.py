@@ -142,7 +142,7 @@ class PointTable(TableOrRows):
 
     role: PointRole | None = Field(default=None, description="Role of all points (or column `role`).")
     sigma: SigmaXyz | None = Field(
-        default=None, description="σ of all points of the table, m (or columns sigma_x …)."
+        default=None, description="σ of the control and check points of the table, m (or columns sigma_x …)."
     )
     only: list[Id] | None = Field(default=None, description="Take these points of the table alone.")
     except_: list[Id] = Field(

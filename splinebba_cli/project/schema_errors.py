@@ -127,7 +127,8 @@ def _add(detail: ErrorDetails, source: YamlSource, collector: Collector) -> None
     if kind == "extra_forbidden":
         key = str(loc[-1])
         known = list(known_keys(loc[:-1]))
-        help = suggestion(key, known) or _home_of(key) or f"known here: {listing(known, 20)}"
+        near = _without_ending(key, known) or suggestion(key, known)
+        help = near or _home_of(key) or f"known here: {listing(known, 20)}"
         where = f"`{_spelt(path[:-1])}`" if len(path) > 1 else "the project"
         collector.error("SBB201", f"unknown key `{key}` in {where}", source.place(path, key=True), help)
         return
@@ -170,7 +171,18 @@ def _message(detail: ErrorDetails, path: YamlPath, value: Any, loc: tuple[str | 
         return f"format version {value} is not known", f"this program reads version {FORMAT_VERSION}"
     if kind == "bad_id":
         help = HELP_FOR_NAMES
+    if kind == "list_type" and isinstance(value, dict) and not isinstance(path[-1], int):
+        help = f"a list may have one entry: `{path[-1]}: [{{…}}]`"
     return f"{name}: {words_of(detail, value)}", help
+
+
+def _without_ending(key: str, known: list[str]) -> str:
+    """A help line for a key whose ending, a unit mostly, is left out where several are possible."""
+    longer = [word for word in known if word.startswith(f"{key}_")]
+    if len(longer) < 2:
+        return ""
+    words = [f"`{word}`" for word in longer]
+    return f"did you mean {', '.join(words[:-1])} or {words[-1]}?"
 
 
 def _home_of(key: str) -> str:

@@ -104,7 +104,7 @@ def run_in_shell(command: str) -> tuple[int, str]:
 def missing_lines(printed: str, shown: str) -> list[str]:
     """Lines of a page that were not printed, or not in this order; blanks do not count, `…` is anything.
 
-    Numbers may differ by two units of their last digit, as another machine may round them.
+    Decimals may differ by two units of their last digit, as another machine may round them; counts may not.
     """
     found = [" ".join(line.split()) for line in printed.splitlines()]
     missing, start = [], 0
@@ -120,13 +120,21 @@ def missing_lines(printed: str, shown: str) -> list[str]:
 
 
 def _same(found: str, shown: str) -> bool:
-    pattern = re.escape(_NUMBER.sub("#", shown)).replace("…", ".*")
-    if re.fullmatch(pattern, _NUMBER.sub("#", found)) is None:
+    """Whether a line is that of a page: the same words, and the numbers that the page shows."""
+    parts = _NUMBER.split(shown)
+    words = [re.escape(part).replace("…", ".*") for part in parts]
+    numbers = _NUMBER.findall(shown)
+    matched = re.fullmatch(r"(-?\d+(?:\.\d+)?)".join(words), found)
+    if matched is None:
         return False
-    if "…" in shown:
-        return True
-    pairs = zip(_NUMBER.findall(found), _NUMBER.findall(shown), strict=True)
-    return all(abs(float(a) - float(b)) <= 2.001 * 10.0 ** -len(b.partition(".")[2]) for a, b in pairs)
+    return all(_as_shown(a, b) for a, b in zip(matched.groups(), numbers, strict=True))
+
+
+def _as_shown(found: str, shown: str) -> bool:
+    decimals = len(shown.partition(".")[2])
+    if not decimals:
+        return found == shown
+    return abs(float(found) - float(shown)) <= 2.001 * 10.0**-decimals
 
 
 def follow_page(blocks: list[Block], reader: Reader) -> None:

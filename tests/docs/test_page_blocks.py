@@ -69,3 +69,11 @@ def test_printed_lines() -> None:
     assert missing_lines(printed, "one 1.21\n…\nthree …\n") == []
     assert missing_lines(printed, "two 5\nthree (x)\n") == ["two 5"]
     assert missing_lines(printed, "two 2\none 1.20\n") == ["one 1.20"]
+
+
+def test_printed_numbers() -> None:
+    """Rounding is allowed, other counts and other values beside `…` are not."""
+    printed = "8 images, rank 644, σ 0.9526 of 1\n"
+    assert missing_lines(printed, "8 images, rank 644, σ 0.9525 …") == []
+    for other in ("9 images, rank 644, …", "8 images, rank 645, …", "8 images, … σ 0.9515 of 1"):
+        assert missing_lines(printed, other) == [other]

@@ -79,6 +79,8 @@ BAD: list[tuple[str, str, str, str, int, int]] = [
     ("columns: [image, spline, x, y]", "columns: [image, spline, x, x]", "SBB402", "twice", 31, 16),
     ("    - name: traced\n      sigma_um: 5\n", "    - name: traced\n", "SBB202", "σ", 29, 7),
     (GROUP, TWO, "SBB209", "two units", 29, 7),
+    (GROUP, GROUP.replace("_um", ""), "SBB201", "`sigma_px`, `sigma_um` or `sigma_mm`?", 30, 7),
+    ("    - sigma_um: 5\n      columns", "      sigma_um: 5\n      columns", "SBB203", "`points: [{…}]`", 40, 7),
     (GROUP, GROUP.replace("_um", "_px"), "SBB202", "pixel_size_mm", 29, 7),
 ]  # fmt: skip
 

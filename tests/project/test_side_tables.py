@@ -103,6 +103,18 @@ def test_points_of_a_table_with_roles(tmp_path: Path) -> None:
     assert np.isnan(network.points.xyz[1]).all()
 
 
+def test_sigma_of_a_table_is_not_that_of_its_tie_points(tmp_path: Path) -> None:
+    points = "point,role,x,y,z,sigma\n1e-6,control,1,2,3,\nt1,tie,,,,\n"
+    old = PROJECT[PROJECT.index("points:\n  - {id") : PROJECT.index("observations:")]
+    text = changed(old, "points: {table: points.csv, sigma: 0.03}\n")
+    network = load(tmp_path, text, points=points).network
+    np.testing.assert_array_equal(network.points.sigma, [[0.03] * 3, [np.inf] * 3])
+    with pytest.raises(ProjectError, match="tie point `t1` has a σ"):
+        load(tmp_path, text, points=points.replace("t1,tie,,,,", "t1,tie,,,,0.1"))
+    with pytest.raises(ProjectError, match="tie point `t1` has a σ"):
+        load(tmp_path, text.replace("csv, sigma", "csv, role: tie, sigma"), points="point\nt1\n")
+
+
 def test_splines_of_a_table(tmp_path: Path) -> None:
     knots = "spline,x,y,z\nroad,0,0,0\ncoast,0,0,0\nroad,1,1,1\ncoast,5,5,5\ncoast,9,9,9\n"
     old = PROJECT[PROJECT.index("splines:") : PROJECT.index("points:\n  - {id")]

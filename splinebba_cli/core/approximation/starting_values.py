@@ -59,15 +59,16 @@ def starting_state(prepared: Prepared) -> tuple[State, tuple[Problem, ...]]:
 
 def _point_without_position(network: Network, point: int, rays: int) -> Problem:
     id_ = network.points.ids[point]
-    reason = (
-        f"{rays} ray{'s' if rays != 1 else ''}"
-        if rays < 2
-        else "its rays do not intersect in front of the images"
-    )
+    if rays < 2:
+        reason = f"{rays} ray{'s' if rays != 1 else ''}"
+        help = "measure it in a second image, give its coordinates, or remove it"
+    else:
+        reason = "its rays do not intersect in front of the images"
+        help = "look at its measurements and at the orientations of these images; or give its coordinates, or remove it"
     return Problem(
         "SBB521",
         "error",
         f"point `{id_}` cannot be intersected: {reason}",
         f"point `{id_}`",
-        "measure it in a second image, give its coordinates, or remove it",
+        help,
     )

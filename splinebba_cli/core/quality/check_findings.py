@@ -24,10 +24,10 @@ def _points(checks: Checks, summary: CheckPointSummary) -> list[Problem]:
     if worst:
         names = ", ".join(f"`{point.id}`" for point in worst[:6])
         more = f" and {len(worst) - 6} more" if len(worst) > 6 else ""
-        are = "check point differs" if len(worst) == 1 else "check points differ"
+        are = "differs" if len(worst) == 1 else "differ"
         message = (
-            f"{len(worst)} of {summary.count} {are} from what is given by more than the predicted precision allows "
-            f"(α = {summary.alpha:g} for all of them): {names}{more}"
+            f"{len(worst)} of the {summary.count} check points {are} from what is given by more than the predicted "
+            f"precision allows (α = {summary.alpha:g} for all of them): {names}{more}"
         )
     else:
         assert together is not None
