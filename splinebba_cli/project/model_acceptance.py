@@ -11,7 +11,9 @@ class Acceptance(Model):
     """What a result must satisfy; a criterion that fails, or has nothing to test, ends `adjust` with exit code 1."""
 
     global_test: bool = Field(
-        default=False, description="The χ² test of the variance of unit weight must pass."
+        default=False,
+        description="The χ² test of the variance of unit weight must pass; where weights are reduced "
+        "(`adjustment.outliers`), its upper bound only.",
     )
     max_sigma0: PositiveNumber | None = Field(
         default=None, description="Largest σ̂₀ (in units of sigma0_prior's unit weight)."

@@ -48,6 +48,7 @@ _STYLE: Any = {
     "axes.grid": True,
     "axes.axisbelow": True,
     "axes.formatter.useoffset": False,
+    "axes.formatter.limits": (-5, 9),  # coordinates of millions of metres as they are
     "grid.color": GRID,
     "grid.linewidth": 0.6,
     "text.color": INK,

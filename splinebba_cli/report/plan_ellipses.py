@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 _DRAWN = 400
 _SHARE = 0.03  # of the extent, for the semi-major axis at the 90th percentile
+_MOST = 0.09  # of the extent, for the largest semi-major axis
 
 
 def draw_ellipses(axes: Axes, view: ObjectView, extent: FloatArray, tips: Tips) -> None:
@@ -40,8 +41,7 @@ def draw_ellipses(axes: Axes, view: ObjectView, extent: FloatArray, tips: Tips) 
     kept = kept[::step]
     if not kept:
         return
-    size = float((extent[1] - extent[0]).max())
-    factor = round_length(_SHARE * size / float(np.percentile(semi_axes[kept, 0], 90)))
+    factor = enlargement(semi_axes[kept, 0], float((extent[1] - extent[0]).max()))
     phi = np.linspace(0.0, 2.0 * np.pi, 33)
     circle = np.stack([np.cos(phi), np.sin(phi)])
     lines = [
@@ -51,6 +51,12 @@ def draw_ellipses(axes: Axes, view: ObjectView, extent: FloatArray, tips: Tips) 
     drawn = LineCollection(lines, colors=INK, linewidths=0.7, alpha=0.8, label=name)
     tips.on(drawn, [_tip(keys[row], semi_axes[row]) for row in kept])
     axes.add_collection(drawn)
+
+
+def enlargement(semi_major: FloatArray, size: float) -> float:
+    """A round factor with which most ellipses can be seen, and none covers a drawing of this size."""
+    usual, largest = np.percentile(semi_major, (90.0, 100.0)).tolist()
+    return round_length(size * min(_SHARE / usual, _MOST / largest))
 
 
 def projected_ellipses(table: ReadTable, axes: list[int]) -> tuple[FloatArray, FloatArray]:

@@ -61,7 +61,7 @@ def _drawn(view: ObjectView, covered: dict[str, FloatArray], upwards: str) -> st
         axes = figure.add_subplot()
         axes.set_aspect("equal", adjustable="datalim")
         _draw_footprints(axes, covered, tips)
-        labels = Labels(axes, extent)
+        labels = Labels(axes)
         _draw_splines(axes, view, tips)
         _draw_points(axes, view, tips)
         _draw_directions(axes, view, covered, extent)
@@ -70,6 +70,7 @@ def _drawn(view: ObjectView, covered: dict[str, FloatArray], upwards: str) -> st
         _label_splines(view, labels)
         finish(axes, view.name, extent, upwards)
         figure.legend(loc="outside lower center", ncols=4, fontsize=8)
+        labels.thin_out()
 
     return svg_of(draw, size, f"block {view.name}", tips=tips, kind="map")
 

@@ -13,36 +13,44 @@ from splinebba_cli.report.svg_text import visible
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.text import Annotation
+    from matplotlib.transforms import Bbox
 
 _LABEL = 24  # characters of an id that are shown
 
 
 class Labels:
-    """Ids beside their places; those that would cover others are left out and stay in the tips.
+    """Ids beside their places; those that would cover earlier ones are left out and stay in the tips.
 
     Parameters
     ----------
     axes : where they are written
-    extent : (2, 2) corners of the drawing, metres
     """
 
-    def __init__(self, axes: Axes, extent: FloatArray) -> None:
+    def __init__(self, axes: Axes) -> None:
         self._axes = axes
-        self._letter = np.array([0.0075, 0.014]) * float((extent[1] - extent[0]).max())
-        self._taken: list[tuple[float, float, float]] = []  # left, right, bottom
+        self._written: list[Annotation] = []
 
     def add(self, text: str, x: float | None, y: float | None, colour: str) -> None:
         """An id at the upper right of its place."""
         if x is None or y is None:
             return
-        shown = visible(text, _LABEL)
-        right, height = x + self._letter[0] * (len(shown) + 2), self._letter[1]
-        if any(x < b and a < right and abs(y - low) < height for a, b, low in self._taken):
+        shown = f"\u00a0\u00a0{visible(text, _LABEL)}"
+        label = self._axes.annotate(shown, (x, y), fontsize=7, color=colour, clip_on=True, va="bottom")
+        self._written.append(label)
+
+    def thin_out(self) -> None:
+        """Take out what covers others, once the limits of the axes and all parts of the figure are there."""
+        if not self._written:
             return
-        self._taken.append((x, right, y))
-        self._axes.annotate(
-            f"\u00a0\u00a0{shown}", (x, y), fontsize=7, color=colour, clip_on=True, va="bottom"
-        )
+        self._axes.figure.draw_without_rendering()  # type: ignore[union-attr]
+        kept: list[Bbox] = []
+        for label in self._written:
+            box = label.get_window_extent()
+            if box.count_overlaps(kept):
+                label.remove()
+            else:
+                kept.append(box)
 
 
 def finish(axes: Axes, plane: str, extent: FloatArray, upwards: str) -> None:

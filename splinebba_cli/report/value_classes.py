@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _COUNT = len(CLASS_COLOURS)
+_APART = 1.15  # least ratio of neighbouring limits
 
 
 @dataclass(frozen=True)
@@ -68,10 +69,12 @@ def redundancy_classes() -> ValueClasses:
 
 
 def quantile_classes(values: FloatArray, title: str) -> ValueClasses:
-    """Limits at two digits that divide the values into classes of like size; small values are good."""
+    """Limits at two digits that divide the values into classes of like size; small values are good.
+
+    Limits differ by 15 % at least, so that noise does not look like a pattern.
+    """
     found = np.quantile(values[np.isfinite(values)], np.arange(1, _COUNT) / _COUNT)
     limits = np.array([float(f"{value:.2g}") for value in found])
-    step = 10.0 ** np.floor(np.log10(max(float(limits[0]), 1e-9)) - 1.0)
-    for k in range(1, len(limits)):  # classes must differ to be told apart
-        limits[k] = max(limits[k], float(f"{limits[k - 1] + step:.3g}"))
+    for k in range(1, len(limits)):
+        limits[k] = max(limits[k], float(f"{_APART * limits[k - 1]:.2g}"))
     return ValueClasses(tuple(limits.tolist()), title)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -65,6 +66,36 @@ def test_global_test(result: AdjustmentResult) -> None:
     passed = replace(result.statistics, global_test=GlobalTest(100.0, 80.0, 120.0, 0.05, True))
     assert violations(assess(wanted, replace(result, statistics=passed))) == ()
     assert violations(assess(Acceptance(), result)) == ()
+
+
+@pytest.mark.parametrize(
+    ("statistic", "method", "status"),
+    [
+        (70.0, "none", "failed"),
+        (70.0, "snooping", "failed"),
+        (70.0, "huber", "passed"),  # reduced weights alone make it small
+        (130.0, "huber", "failed"),
+        (100.0, "huber", "passed"),
+    ],
+)
+def test_lower_bound_of_the_global_test_does_not_count_where_weights_are_reduced(
+    statistic: float, method: Literal["none", "snooping", "huber"], status: str, result: AdjustmentResult
+) -> None:
+    settings = result.network.settings
+    test = GlobalTest(statistic, 80.0, 120.0, 0.05, 80.0 <= statistic <= 120.0)
+    found = one(
+        replace(
+            result,
+            network=replace(
+                result.network,
+                settings=replace(settings, outliers=replace(settings.outliers, method=method)),
+            ),
+            statistics=replace(result.statistics, global_test=test),
+        ),
+        global_test=True,
+    )
+    assert found.status == status
+    assert ("does not count" in found.message) == (statistic < 80.0 and status == "passed")
 
 
 def test_what_cannot_be_tested_is_not_accepted(result: AdjustmentResult) -> None:

@@ -34,6 +34,12 @@ def test_differences_and_factor() -> None:
     assert "var(--bad)" not in drawing
 
 
+def test_coordinates_of_millions_of_metres_are_written_out() -> None:
+    shown = texts(check_points_figure(_data(GOOD)))  # northings of 5378 km
+    assert not [text for text in shown if re.fullmatch(r"1e\d+", text)]
+    assert [text for text in shown if re.fullmatch(r"537\d{4}", text)]
+
+
 def test_failed_points_are_red() -> None:
     assert "var(--bad)" in check_points_figure(_data(replace(GOOD, passed=False)))
 

@@ -13,7 +13,7 @@ from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.output.read_table import ReadTable
 from splinebba_cli.output.result_json import result_to_dict
 from splinebba_cli.report.figure_blocks import plan_blocks
-from splinebba_cli.report.plan_ellipses import projected_ellipses
+from splinebba_cli.report.plan_ellipses import enlargement, projected_ellipses
 from splinebba_cli.report.plan_figure import block_elevation, block_plan
 from splinebba_cli.report.result_data import ResultData
 from tests.output.factory import make_result, report_data
@@ -44,6 +44,21 @@ def test_scale_bar_arrow_and_legend() -> None:
     assert "N" in shown
     assert any(re.fullmatch(r"\d+ m", text) for text in shown)
     assert {"tie spline", "control spline", "camera station", "control point"} <= set(shown)
+
+
+def test_ids_that_would_cover_others_are_left_out() -> None:
+    data = report_data(make_result())
+    for image, east in zip(data["images"], (0.0, 10.0, 200.0), strict=True):
+        image.update(x=572_000.0 + east, y=5_378_400.0)
+    names = [image["id"] for image in data["images"]]
+    shown = [text.strip("\u00a0") for text in texts(block_plan(data))]
+    assert [name in shown for name in names] == [True, False, True]
+
+
+def test_no_ellipse_covers_the_block() -> None:
+    alike = np.full(95, 0.1)
+    assert enlargement(alike, 1000.0) == 200.0  # 20 m
+    assert enlargement(np.concatenate([alike, np.full(5, 1.0)]), 1000.0) == 50.0  # at most 50 m, not 200
 
 
 def test_hostile_ids_are_text() -> None:

@@ -42,6 +42,8 @@ def test_classes_count_from_good_to_bad() -> None:
     assert classes.of(np.array([1.0, 60.0])).tolist() == [0, 5]
     limits = quantile_classes(np.full(9, 24.0), "").limits
     assert list(limits) == sorted(set(limits))
+    alike = quantile_classes(np.linspace(23.8, 24.2, 60), "")  # noise is no pattern
+    assert set(alike.of(np.linspace(23.8, 24.2, 60)).tolist()) <= {0, 1}
 
 
 def test_cells_of_the_format() -> None:

@@ -24,9 +24,10 @@ def _points(checks: Checks, summary: CheckPointSummary) -> list[Problem]:
     if worst:
         names = ", ".join(f"`{point.id}`" for point in worst[:6])
         more = f" and {len(worst) - 6} more" if len(worst) > 6 else ""
-        are = "differs" if len(worst) == 1 else "differ"
+        differ = "differs" if len(worst) == 1 else "differ"
+        points = "check point" if summary.count == 1 else "check points"
         message = (
-            f"{len(worst)} of the {summary.count} check points {are} from what is given by more than the predicted "
+            f"{len(worst)} of {summary.count} {points} {differ} from what is given by more than the predicted "
             f"precision allows (α = {summary.alpha:g} for all of them): {names}{more}"
         )
     else:
@@ -45,7 +46,8 @@ def _points(checks: Checks, summary: CheckPointSummary) -> list[Problem]:
 def _shift(summary: CheckPointSummary) -> list[Problem]:
     if summary.shift is None or summary.shift.passed:
         return []
-    mean = " ".join(f"{axis} {value:+.3g} m" for axis, value in zip("XYZ", summary.mean, strict=True))
+    parts = [f"{axis} {value:+.3g} m" for axis, value in zip("XYZ", summary.mean, strict=True)]
+    mean = ", ".join(parts).replace("-", "−")
     message = (
         f"the check points are shifted as a whole: mean difference {mean} (d′C⁻¹d = {summary.shift.statistic:.1f}, "
         f"largest accepted {summary.shift.critical:.1f})"

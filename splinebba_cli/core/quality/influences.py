@@ -88,7 +88,8 @@ def _candidates(
 ) -> Iterator[_Candidates]:
     network = solved.assembler.prepared.network
     seen, points = network.curve_observations, network.point_observations
-    rows = _largest(on_curves.reliability.orientation_influence[:, 0])
+    across = on_curves.reliability.orientation_influence[:, 0]
+    rows = _largest(_controlled(across, on_curves.redundancy[:, 0]))
     if len(rows):
         sigma = np.linalg.norm(numbers.curve.normal[rows] * seen.sigma[rows], axis=1)
         names = [f"{curve_point_name(network, k)}, across" for k in rows]
@@ -100,7 +101,7 @@ def _candidates(
             sigma,
             names,
         )
-    flat = _largest(on_points.reliability.orientation_influence.ravel())
+    flat = _largest(_controlled(on_points.reliability.orientation_influence, numbers.image_points).ravel())
     if len(flat):
         rows, axis = flat // 2, flat % 2
         names = [f"{image_point_name(network, k)}, {'xy'[d]}" for k, d in zip(rows, axis, strict=True)]
@@ -178,6 +179,11 @@ def _orientations(
                 "eop prior", unit, partial(_prior_columns, effects, rows, component),
                 numbers.orientation_priors[rows, component], sigma[image[rows], component], names,
             )  # fmt: skip
+
+
+def _controlled(figures: FloatArray, redundancy: FloatArray) -> FloatArray:
+    """The figures; NaN of observations in which no error is ever found, whatever its size."""
+    return np.where(redundancy > CONTROLLED, figures, np.nan)
 
 
 def _largest(figures: FloatArray) -> IntArray:
