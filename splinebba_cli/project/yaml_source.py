@@ -115,15 +115,17 @@ def read_yaml(path: Path, collector: Collector, file: str | None = None) -> Yaml
         return None
     except NoContentError as reason:
         names = names_in(path.parent)
-        help = suggestion(path.name, names) or _other_projects(names)
+        help = suggestion(path.name, names) or _other_projects(path.name, names)
         collector.error("SBB101", f"`{name}` cannot be read: {reason}", Place(name), help)
         return None
     return parse_yaml(content, name, collector)
 
 
-def _other_projects(names: Iterable[str]) -> str:
-    """A help line with the YAML files of a folder that has no project under the name looked for."""
+def _other_projects(wanted: str, names: Iterable[str]) -> str:
+    """A help line with the YAML files of a folder that holds nothing under the name looked for."""
     found = sorted(name for name in names if name.endswith((".yaml", ".yml")))
+    if wanted in found:
+        return ""
     return f"give the project file: the folder holds {listing(found)}" if found else ""
 
 
