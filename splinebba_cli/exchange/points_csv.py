@@ -120,7 +120,7 @@ def _coordinates(
     if missing == ["z"] and options.height is not None:
         missing = []
     elif missing == ["z"]:
-        help = "`--z 0` gives all points this height; `--columns` names other columns"
+        help = "`--z METRES` gives all points this height; `--columns` names other columns"
         collector.error("SBB322", f"`{table.file}` has no heights: no column `z`", table.head, help)
     elif missing:
         help = f"it has {listing(table.columns, 20)}; `--columns` names those of x, y and z"

@@ -24,6 +24,7 @@ from splinebba_cli.output.residual_summary import residual_summary
 from splinebba_cli.output.revision_json import revision_to_dict
 from splinebba_cli.output.splines_json import splines_to_list
 from splinebba_cli.output.tables import EOP_NAMES
+from splinebba_cli.project.diagnostics import listing
 from splinebba_cli.project.file_content import NoContentError, file_content
 
 RESULT_FORMAT = "splinebba-result/1"
@@ -92,6 +93,14 @@ def result_json_text(content: dict[str, Any]) -> str:
     return json_text(content)
 
 
+def _where_results_are(path: Path) -> str:
+    """A help line: the result folders inside a folder that is none, a project's for example."""
+    inside = sorted(file.parent.name for file in path.glob("*/result.json")) if path.is_dir() else []
+    if not inside:
+        return "give a folder that `adjust` wrote"
+    return f"results lie in {listing(str(path / name) for name in inside)}"
+
+
 def load_result_json(path: Path) -> dict[str, Any]:
     """Read result.json, or the result.json of a result folder.
 
@@ -106,7 +115,7 @@ def load_result_json(path: Path) -> dict[str, Any]:
         content = without_acting_characters(json.loads(text, parse_constant=no_constant), text)
     except (NoContentError, ValueError, RecursionError) as error:
         raise OutputError(
-            "SBB602", f"{path} holds no readable result.json", "give a folder that `adjust` wrote"
+            "SBB602", f"{path} holds no readable result.json", _where_results_are(path)
         ) from error
     if not isinstance(content, dict) or content.get("format") != RESULT_FORMAT:
         raise OutputError(

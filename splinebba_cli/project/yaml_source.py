@@ -8,6 +8,7 @@ diagnostics with positions.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from splinebba_cli.project.diagnostics import Collector, Place, suggestion
+from splinebba_cli.project.diagnostics import Collector, Place, listing, suggestion
 from splinebba_cli.project.file_content import (
     LARGEST_PROJECT_FILE,
     NoContentError,
@@ -113,10 +114,19 @@ def read_yaml(path: Path, collector: Collector, file: str | None = None) -> Yaml
         collector.error("SBB109", f"`{name}` is no project file: {reason}", Place(name), help)
         return None
     except NoContentError as reason:
-        help = suggestion(path.name, names_in(path.parent))
+        names = names_in(path.parent)
+        help = suggestion(path.name, names) or _other_projects(path.name, names)
         collector.error("SBB101", f"`{name}` cannot be read: {reason}", Place(name), help)
         return None
     return parse_yaml(content, name, collector)
+
+
+def _other_projects(wanted: str, names: Iterable[str]) -> str:
+    """A help line with the YAML files of a folder that holds nothing under the name looked for."""
+    found = sorted(name for name in names if name.endswith((".yaml", ".yml")))
+    if wanted in found:
+        return ""
+    return f"give the project file: the folder holds {listing(found)}" if found else ""
 
 
 def parse_yaml(content: bytes | str, file: str, collector: Collector) -> YamlSource | None:

@@ -86,7 +86,7 @@ def test_heights_that_are_missing_can_be_given(tmp_path: Path) -> None:
     rows = [[5000.0 + 25 * k, 7000.0 + 90 * ((k // 4) % 2)] for k in range(40)]
     path.write_text(json.dumps({"type": "LineString", "coordinates": rows}), encoding="utf-8")
     told = init(str(tmp_path / "new"), "--polyline", str(path), expected=2)
-    assert "SBB322" in told and "--z 0" in told
+    assert "SBB322" in told and "--z METRES" in told
     init(str(tmp_path / "new"), "--polyline", str(path), "--z", "0", "--threshold-m", "5")
 
 

@@ -156,3 +156,11 @@ def test_load(tmp_path: Path) -> None:
         with pytest.raises(OutputError) as caught:
             load_result_json(path)
         assert caught.value.code == "SBB602"
+
+
+def test_the_folder_of_a_project_is_told_where_its_results_are(tmp_path: Path) -> None:
+    (tmp_path / "project.results").mkdir()
+    (tmp_path / "project.results" / "result.json").write_text("{}")
+    with pytest.raises(OutputError) as caught:
+        load_result_json(tmp_path)
+    assert caught.value.help == f"results lie in `{tmp_path / 'project.results'}`"

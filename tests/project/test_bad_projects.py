@@ -158,3 +158,11 @@ def test_a_missing_file_and_a_list(tmp_path: Path) -> None:
 def test_nothing_is_measured(tmp_path: Path) -> None:
     text = PROJECT[: PROJECT.index("observations:")]
     assert errors(tmp_path, text)[0].code == "SBB303"
+
+
+def test_a_folder_with_a_project_of_another_name(tmp_path: Path) -> None:
+    written(tmp_path).rename(tmp_path / "harbour.yaml")
+    with pytest.raises(ProjectError) as caught:
+        load_project(tmp_path)
+    assert caught.value.code == "SBB101"
+    assert "the folder holds `harbour.yaml`" in caught.value.diagnostics[0].help

@@ -46,6 +46,7 @@ SAME_LOCATION = 1e-8  # of its value
 MUCH_OF_IT = 0.1  # of what all stretches got worse together
 OWN_LIMIT = 1.0  # damping of one stretch beyond which it is no longer held back
 FORGETTING = 0.8  # per step
+PLAIN_TRIES = 2  # damping off, second-order part off
 RESTLESS = 0.1  # of the changes of all curves in the last steps
 
 Observer = Callable[[Iteration], None]
@@ -119,6 +120,8 @@ def _iterated(run: _Run, state: State, max_iterations: int) -> Solution:
         if not run.settled(step, at):
             at = run.advanced(at, run.simplified(step, at))
         elif not run.plain:
+            if run.made_plain > PLAIN_TRIES:  # without damping there is no factor here
+                return Solution(at, None, None, False, "normal matrix is singular", tuple(run.log))
             run.make_plain()
         else:
             again = _searched_again(assembler, at)
@@ -159,6 +162,7 @@ class _Run:
     stiff: bool  # whether steps take the second-order part of the locations: from the first rejected step on
     stationary: float = STATIONARY
     log: list[Iteration] = field(default_factory=list)
+    made_plain: int = 0  # attempts at this state
     last_decrease: float = np.inf
     last_length: float = np.inf
     unrest: FloatArray = field(default_factory=lambda: np.zeros(0))  # (s,) of the residuals of every stretch
@@ -205,6 +209,7 @@ class _Run:
 
     def make_plain(self) -> None:
         """Take off the damping first, then the second-order part."""
+        self.made_plain += 1
         if self.damping.none:
             self.stiff = False
         else:
@@ -239,6 +244,7 @@ class _Run:
         if trial.at is None or at.cost - trial.at.cost < -slack or _folds(trial, self.damping):
             self.damping, self.stiff = self.damping.raised(_culprits(trial, self.damping)), True
             return at
+        self.made_plain = 0
         decrease = at.cost - trial.at.cost
         self.last_decrease = abs(decrease)
         self.damping = self.damping.relaxed(decrease / max(step.predicted, 1e-300))

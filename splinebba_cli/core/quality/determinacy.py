@@ -75,11 +75,12 @@ def _not_converged(prepared: Prepared, solution: Solution) -> Problem:
     curves = prepared.network.curves
     free = [curves[k] for k in solution.restless if not (curves[k].sigma == 0.0).all()]
     names = ", ".join(f"`{curve.id}`" for curve in free)
+    named = f"splines {names} keep" if len(free) > 1 else f"spline {names} keeps"
     return Problem(
         "SBB502",
         "error",
         f"the adjustment did not converge: {solution.termination}"
-        + (f"; spline {names} keeps it from settling" if names else ""),
+        + (f"; {named} it from settling" if names else ""),
         "adjustment",
         "choose other knots for these splines (`adjustment: {knots: {spacing_m: …, insert: true, drop: true}}`)"
         if names
