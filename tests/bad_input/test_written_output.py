@@ -110,7 +110,7 @@ def test_annotations_are_one_line_each(project: Path) -> None:
     text = project.read_text(encoding="utf-8")
     broken = project.with_name("broken.yaml")
     broken.write_text(text.replace("points: {table: points.csv}", "points: []"), encoding="utf-8")
-    said = CliRunner().invoke(app, ["check", str(broken), "--format", "github"]).output
+    said = CliRunner().invoke(app, ["check", str(broken), "--format", "github"]).stdout
     lines = said.splitlines()
     assert lines and all(line.startswith("::error file=") for line in lines)
     assert any("%250A" in line for line in lines)
