@@ -32,11 +32,12 @@ class GuardedGroup(TyperGroup):
     ) -> Any:
         """Run a command line and exit with its code; usage errors are printed as all others are."""
         arguments = list(sys.argv[1:] if args is None else args)
+        code: Any = ExitCode.DONE
         try:
             code = super().main(args, prog_name, complete_var, False, windows_expand_args, **extra)
             flush_results()
         except OSError as error:
-            code = print_lost_results(error)
+            code = print_lost_results(error, code)
         except Exception as error:
             if not standalone_mode or not belongs_to_typer(error):
                 raise
@@ -52,6 +53,8 @@ class GuardedGroup(TyperGroup):
             context = super().make_context(info_name, args, *rest, **extra)
         except KeyboardInterrupt as error:
             raise _interrupted(error, as_json) from None
+        except OSError as error:
+            raise _lost(error) from None
         context.meta["splinebba.json"] = as_json
         return context
 
@@ -63,8 +66,10 @@ class GuardedGroup(TyperGroup):
         except KeyboardInterrupt as error:
             raise _interrupted(error, as_json) from None
         except Exception as error:
-            if belongs_to_typer(error) or is_lost(error):
+            if belongs_to_typer(error):
                 raise
+            if is_lost(error):
+                raise _lost(error) from None
             from splinebba_cli.commands.bug_report import report_bug
 
             report_bug(error, as_json)
@@ -76,6 +81,11 @@ def _interrupted(error: KeyboardInterrupt, as_json: bool) -> typer.Exit:
     from splinebba_cli.commands.console import report_interruption
 
     return typer.Exit(report_interruption(interruption_of(error), as_json))
+
+
+def _lost(error: Exception) -> Exception:
+    """The exit where stdout does not take what is printed: typer would make it a result that is not accepted."""
+    return typer.Exit(print_lost_results(error)) if is_lost(error) else error
 
 
 def _version(wanted: bool) -> None:

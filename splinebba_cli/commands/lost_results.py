@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import os
 import sys
+from typing import TypeGuard
 
 from splinebba_cli.errors import ExitCode
 from splinebba_cli.write_errors import cannot_write, is_full
 
 
-def is_lost(error: BaseException) -> bool:
+def is_lost(error: BaseException) -> TypeGuard[OSError]:
     """Whether stdout does not take what is printed."""
     return isinstance(error, BrokenPipeError) or (isinstance(error, OSError) and is_full(error))
 
@@ -19,11 +20,18 @@ def flush_results() -> None:
     sys.stdout.flush()
 
 
-def print_lost_results(error: OSError) -> int:
-    """Say so where it is an error, and give the exit code; a reader that has gone knows enough."""
+def print_lost_results(error: OSError, code: int | None = ExitCode.DONE) -> int:
+    """Say so where it is an error, and give the exit code; a reader that has gone knows enough.
+
+    Parameters
+    ----------
+    error : OSError
+    code : int, optional
+        Exit code of the command, as far as that is known.
+    """
     _silence_stdout()
     if isinstance(error, BrokenPipeError):
-        return ExitCode.DONE
+        return code or ExitCode.DONE
     if not is_lost(error):
         raise error
     from splinebba_cli.commands.console import error_text

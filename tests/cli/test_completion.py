@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from splinebba_cli.errors import ERROR_CODES
+
 PROGRAM = Path(sys.executable).with_name("splinebba")
 
 pytestmark = pytest.mark.skipif(not PROGRAM.exists(), reason="the console script is not installed")
@@ -37,7 +39,7 @@ def in_bash(line: str) -> list[str]:
         ("splinebba adjust --format ", ["text", "json", "github"]),
         ("splinebba init --template c", ["close-range", "control-splines"]),
         ("splinebba schema ", ["project", "result", "campaign"]),
-        ("splinebba explain SBB10", [f"SBB10{n}" for n in range(1, 9)]),
+        ("splinebba explain SBB10", [code for code in ERROR_CODES if code.startswith("SBB10")]),
         ("splinebba explain 57", ["570"]),
         ("splinebba explain sbb57", ["sbb570"]),
     ],

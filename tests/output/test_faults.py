@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -248,3 +249,18 @@ def test_the_last_file_is_missing_while_the_others_take_their_places(
     monkeypatch.setattr(os, "replace", looking)
     _publish(tmp_path)
     assert seen == [("points.csv", False), ("project.yaml", False)]
+
+
+def test_a_signal_waits_until_published_files_are_in_their_places(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    place = os.replace
+
+    def interrupted(source: Path, target: Path) -> None:
+        signal.raise_signal(signal.SIGINT)
+        place(source, target)
+
+    monkeypatch.setattr(os, "replace", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        _publish(tmp_path)
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["points.csv", "project.yaml"]

@@ -109,6 +109,14 @@ def test_alias_bomb_ends_soon() -> None:
     assert time.perf_counter() - start < 10.0
 
 
+def test_a_long_text_that_aliases_repeat_is_a_bomb_too() -> None:
+    text = f"a: &a {'x' * 50_000}\nb: [{','.join(['*a'] * 1000)}]\n"
+    _, collector = parsed(text)
+    assert [d.code for d in collector.finished()] == ["SBB105"]
+    _, collector = parsed(text.replace("x" * 50_000, "x"))
+    assert not collector.has_errors
+
+
 def test_deep_nesting_does_not_end_the_interpreter() -> None:
     _, collector = parsed("- " * 200_000 + "a")
     assert collector.finished()[0].code == "SBB105"

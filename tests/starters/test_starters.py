@@ -30,7 +30,7 @@ def adjusted(
     name, made = starter
     folder = tmp_path_factory.mktemp("starters") / name
     write_starter(folder, made.files)
-    return name, folder, run_adjustment(folder, AdjustOptions())
+    return name, folder, run_adjustment(folder, AdjustOptions(html=False))
 
 
 def test_accepted_and_without_warnings(adjusted: tuple[str, Path, AdjustOutcome]) -> None:
