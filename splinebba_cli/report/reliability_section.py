@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from splinebba_cli.report.blocks import Block, Cell, Column, Fact, Facts, Note, Section, Table
+from splinebba_cli.report.kind_names import in_words
 from splinebba_cli.report.residual_figure_blocks import reliability_blocks
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.scale import angle_scale, length_scale
@@ -70,7 +71,7 @@ def _kinds(tests: dict[str, Any]) -> Table:
         sizes = [_size(bias[key], kind["unit"]) for key in ("median", "max")]
         rows.append(
             (
-                kind["kind"],
+                in_words(kind["kind"]),
                 kind["n"],
                 r["min"],
                 r["mean"],
