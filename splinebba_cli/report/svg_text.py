@@ -13,7 +13,9 @@ _DEFINITIONS = re.compile(r"<defs>.*?</defs>", re.DOTALL)
 
 def visible(text: str, longest: int | None = None) -> str:
     """An id of the user in one line: control characters made visible, cut after `longest` characters."""
-    shown = "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
+    shown = text
+    if not text.isprintable():
+        shown = "".join(c if c.isprintable() else repr(c)[1:-1] for c in text)
     return shown if longest is None or len(shown) <= longest else f"{shown[: longest - 1]}…"
 
 
