@@ -27,6 +27,7 @@ class ReadTable(Mapping[str, Sequence[str]]):
 
     def __init__(self, columns: Mapping[str, Sequence[str] | Column]) -> None:
         self._columns = dict(columns)
+        self._parsed: dict[str, FloatArray] = {}  # of texts, which take much longer than they fill memory
 
     def __getitem__(self, name: str) -> Sequence[str]:
         column = self._columns[name]
@@ -66,7 +67,10 @@ class ReadTable(Mapping[str, Sequence[str]]):
             return np.full(self.rows, np.nan)
         if isinstance(column, Column):
             return _numbers(column)
-        return _parsed(column)
+        if name not in self._parsed:
+            self._parsed[name] = _parsed(column)
+            self._parsed[name].setflags(write=False)
+        return self._parsed[name]
 
 
 def _parsed(texts: Sequence[str]) -> FloatArray:

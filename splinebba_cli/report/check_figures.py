@@ -9,6 +9,7 @@ import numpy as np
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.report.canvas import MUTED, ROLE_COLOURS, WARN, svg_of
 from splinebba_cli.report.object_view import coordinates
+from splinebba_cli.report.plan_frame import Labels
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.scale import Scale, grouped, length_scale, round_length
 from splinebba_cli.report.svg_text import Tips, visible
@@ -37,8 +38,9 @@ def check_points_figure(data: ResultData) -> str:
     def draw(figure: Figure) -> None:
         plan, heights = figure.subplots(1, 2, width_ratios=(1.1, 1.0))
         names = [point["id"] for point in found]
-        _draw_vectors(plan, data, (xy, difference[:, :2], failed), names, tips, says)
+        labels = _draw_vectors(plan, data, (xy, difference[:, :2], failed), names, tips, says)
         _draw_heights(heights, (difference[:, 2], sigma[:, 2], failed), names, scale, tips, says)
+        labels.thin_out()
 
     return svg_of(draw, (7.6, 3.6), "check_points", tips=tips, kind="map")
 
@@ -61,7 +63,7 @@ def _draw_vectors(
     names: list[str],
     tips: Tips,
     says: list[str],
-) -> None:
+) -> Labels:
     from matplotlib.collections import LineCollection
 
     xy, difference, failed = vectors
@@ -79,15 +81,17 @@ def _draw_vectors(
     axes.add_collection(lines)
     marks = axes.scatter(xy[:, 0], xy[:, 1], s=14, c=colours, marker="s", linewidths=0)
     tips.on(marks, says)
+    labels = Labels(axes)
     if len(names) <= _LABELLED:
         for name, place in zip(names, xy, strict=True):
-            axes.annotate(f"\u00a0\u00a0{visible(name, 20)}", place, fontsize=7, color=MUTED, va="top")
+            labels.add(name, place[0], place[1], MUTED)
     axes.autoscale_view()
     axes.margins(0.08)
     axes.locator_params(nbins=4)
     axes.set_title(f"ΔX, ΔY enlarged {grouped(factor)} times")
     axes.set_xlabel("X [m]")
     axes.set_ylabel("Y [m]")
+    return labels
 
 
 def _draw_heights(

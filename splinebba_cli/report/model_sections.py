@@ -6,19 +6,11 @@ from typing import Any
 
 from splinebba_cli.core.quality.systematic_findings import LEAST_CRITICAL
 from splinebba_cli.report.blocks import Block, Cell, Column, Note, Section, Table
+from splinebba_cli.report.kind_names import KINDS
 from splinebba_cli.report.residual_figure_blocks import residual_grid_blocks, variance_blocks
 from splinebba_cli.report.result_data import ResultData
 
 _SHOWN = 30  # groups, the most suspicious first
-KINDS = {
-    "point": "image points of points",
-    "spline": "image points on splines",
-    "arc length": "arc lengths",
-    "tangent": "tangents",
-    "control point": "control points",
-    "control spline": "control splines",
-    "eop prior": "prior orientations",
-}
 
 
 def variance_section(data: ResultData) -> Section:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from splinebba_cli.report.blocks import Block, Cell, Column, Fact, Facts, Note, Section, Table
+from splinebba_cli.report.kind_names import in_words
 from splinebba_cli.report.residual_figure_blocks import reliability_blocks
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.scale import angle_scale, length_scale
@@ -33,23 +34,32 @@ def reliability_section(data: ResultData) -> Section:
         Fact(
             "Beyond it",
             f"{tests['beyond']} of {tests['tests']}",
-            f"expected of good measurements: {expected:.2g}",
+            f"expected of good measurements: {expected:.{1 if expected < 100 else 0}f}",
         ),
         Fact("Power 1 − β", f"{tests['power']:g}", f"noncentrality δ₀ = {tests['noncentrality']:.2f}"),
     )
     blocks: list[Block] = [Facts(items), _kinds(tests)]
     blocks += reliability_blocks(data)
     if tests["influences"]:
-        blocks += [_influences(tests["influences"]), Note(_EXPLANATION)]
+        bent = any(
+            one["orientation"]["sigmas"] > 0.0 for one in tests["influences"]
+        )  # none where images are fixed
+        blocks += [_influences(tests["influences"], bent), Note(_explanation(bent))]
     return Section("reliability", "Tests and reliability of single observations", tuple(blocks))
 
 
-_EXPLANATION = (
-    "An error as large as the minimal detectable bias stays undetected with the probability β. The columns say what it "
-    "then does: to the orientation of the image that it bends most, in standard deviations of that orientation, and in "
-    "metres and angles wherever its effect is largest. A point on a spline is tested across the spline: along it every "
-    "measured point has a location of its own, which takes any error."
-)
+def _explanation(bent: bool) -> str:
+    to = (
+        "to the orientation of the image that it bends most, in standard deviations of that orientation, and in "
+        "metres and angles wherever its effect is largest"
+        if bent
+        else "to the object, where its effect is largest; all orientations are fixed"
+    )
+    return (
+        "An error as large as the minimal detectable bias stays undetected with the probability β. The columns say "
+        f"what it then does: {to}. A point on a spline is tested across the spline: along it every measured point has "
+        "a location of its own, which takes any error."
+    )
 
 
 def _kinds(tests: dict[str, Any]) -> Table:
@@ -70,7 +80,7 @@ def _kinds(tests: dict[str, Any]) -> Table:
         sizes = [_size(bias[key], kind["unit"]) for key in ("median", "max")]
         rows.append(
             (
-                kind["kind"],
+                in_words(kind["kind"]),
                 kind["n"],
                 r["min"],
                 r["mean"],
@@ -95,34 +105,46 @@ def _size(value: float | None, unit: str) -> str:
     return length_scale([value]).text(value)
 
 
-def _influences(influences: list[dict[str, Any]]) -> Table:
-    columns = (
+def _influences(influences: list[dict[str, Any]], bent: bool) -> Table:
+    columns = [
         Column("Observation", numeric=False),
         Column("r", "", 3),
         Column("MDB", numeric=False),
-        Column("Orientation", "σ", 2, help="largest effect on the orientation of an image"),
-        Column("of image", numeric=False),
-        Column("Position", numeric=False),
-        Column("of image", numeric=False),
-        Column("Angle", numeric=False),
-        Column("of image", numeric=False),
+        *(_ORIENTATION if bent else ()),
         Column("Object", numeric=False),
         Column("at", numeric=False),
-    )
+    ]
     rows: list[tuple[Cell, ...]] = [
         (
             one["observation"].replace("`", ""),
             one["redundancy"],
             _size(one["minimal_detectable_bias"], one["unit"]),
-            one["orientation"]["sigmas"],
-            one["orientation"]["image"],
-            _size(one["position"]["m"], "m"),
-            one["position"]["image"],
-            _size(one["angle"]["deg"], "deg"),
-            one["angle"]["image"],
+            *(_on_orientation(one) if bent else ()),
             _size(one["object"]["m"], "m"),
             one["object"]["feature"].replace("`", ""),
         )
         for one in influences
     ]
-    return Table("Observations whose undetected errors do most", columns, tuple(rows))
+    return Table("Observations whose undetected errors do most", tuple(columns), tuple(rows))
+
+
+_ORIENTATION = (
+    Column("Orientation", "σ", 2, help="largest effect on the orientation of an image"),
+    Column("of image", numeric=False),
+    Column("Position", numeric=False),
+    Column("of image", numeric=False),
+    Column("Angle", numeric=False),
+    Column("of image", numeric=False),
+)
+
+
+def _on_orientation(one: dict[str, Any]) -> tuple[Cell, ...]:
+    position, angle = one["position"], one["angle"]
+    return (
+        one["orientation"]["sigmas"],
+        one["orientation"]["image"],
+        _size(position["m"], "m"),
+        position["image"],
+        _size(angle["deg"], "deg"),
+        angle["image"],
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from splinebba_cli.report.blocks import (
     Section,
     Table,
 )
+from splinebba_cli.report.kind_names import in_words
 from splinebba_cli.report.residual_figure_blocks import histogram_blocks, image_residual_blocks
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.scale import angle_scale, length_scale
@@ -127,15 +129,15 @@ def _worst(data: ResultData) -> list[Block]:
     table = data.residuals
     w = np.stack([table.numbers(f"standardized_{name}") for name in ("x", "y", "across")], axis=1)
     size = np.nan_to_num(np.abs(w), nan=0.0)
-    row_size = size.max(axis=1)
     tests = data["tests"]
-    scaled = tests["statistic"] == "tau"
-    if scaled:
-        size *= data["statistics"]["sigma0_prior"] / data["statistics"]["sigma0"]
-    letter, critical = ("τ" if scaled else "w"), tests["critical"]
+    size *= _tested_factor(data)
+    row_size = size.max(axis=1)
+    letter, critical = ("τ" if tests["statistic"] == "tau" else "w"), tests["critical"]
     beyond, tested = int((size > critical).sum()), int(np.isfinite(w).sum())
     order = np.argsort(-row_size, kind="stable")[:_WORST]
     v = np.stack([table.numbers(f"residual_{name}_mm") for name in ("x", "y", "across")], axis=1)
+    place = np.stack([table.numbers(f"measured_{name}_mm") for name in ("x", "y")], axis=1)
+    number = _numbers_within(table["kind"])
     names = ("x", "y", "across")
     rows: list[tuple[Cell, ...]] = []
     for i in order.tolist():
@@ -145,6 +147,8 @@ def _worst(data: ResultData) -> list[Block]:
                 table["image"][i],
                 table["kind"][i],
                 table["feature"][i],
+                number[i],
+                *place[i].tolist(),
                 names[j],
                 1e3 * float(v[i, j]),
                 float(np.copysign(size[i, j], w[i, j])),
@@ -154,8 +158,11 @@ def _worst(data: ResultData) -> list[Block]:
         Column("Image", numeric=False),
         Column("Kind", numeric=False),
         Column("Feature", numeric=False),
+        Column("Row", help="number of the observation among those of its kind, in the order of the project"),
+        Column("x", "mm", 3, help="measured photo coordinate, to the right"),
+        Column("y", "mm", 3, help="measured photo coordinate, up"),
         Column("Direction", numeric=False),
-        Column("v", "µm", 2),
+        Column("v", "µm", 2, help="adjusted − measured"),
         Column(letter, "", 2),
     )
     marked = frozenset(k for k, i in enumerate(order.tolist()) if row_size[i] > critical)
@@ -165,6 +172,23 @@ def _worst(data: ResultData) -> list[Block]:
         Table("Largest standardized residuals", columns, tuple(rows), marked, "residuals.csv"),
         Note(note),
     ]
+
+
+def _tested_factor(data: ResultData) -> float:
+    """What is held against the critical value over w: 1, or σ₀ / σ̂₀ where τ is tested."""
+    if (data.content.get("tests") or {}).get("statistic") != "tau":
+        return 1.0
+    return float(data["statistics"]["sigma0_prior"] / data["statistics"]["sigma0"])
+
+
+def _numbers_within(kinds: Sequence[str]) -> list[int]:
+    """Numbers of the rows among those of their kind, from 1."""
+    count: dict[str, int] = {}
+    found = []
+    for kind in kinds:
+        count[kind] = count.get(kind, 0) + 1
+        found.append(count[kind])
+    return found
 
 
 def priors_section(data: ResultData) -> Section:
@@ -186,7 +210,7 @@ def priors_section(data: ResultData) -> Section:
         scale = (angle_scale if group["unit"] == "deg" else length_scale)([group["rms"]])
         rows.append(
             (
-                group["kind"],
+                in_words(group["kind"]),
                 group["n"],
                 scale.text(group["rms"]),
                 scale.text(group["max"]),
@@ -203,7 +227,9 @@ def priors_section(data: ResultData) -> Section:
 
 def _prior_rows(data: ResultData, unit: str) -> Table | None:
     table = data.priors
-    residual, sigma, redundancy = (table.numbers(name) for name in ("residual", "sigma", "redundancy"))
+    residual, sigma, redundancy, w = (
+        table.numbers(name) for name in ("residual", "sigma", "redundancy", "standardized")
+    )
     kind, subject, component = table["kind"], table["subject"], table["component"]
     chosen = [
         i
@@ -220,7 +246,8 @@ def _prior_rows(data: ResultData, unit: str) -> Table | None:
         Column("Adjusted − given", scale.unit, scale.decimals),
         Column("σ given", scale.unit, scale.decimals),
         Column("v / σ", "", 2),
-        Column("Redundancy number", "", 3),
+        Column("r", "", 3, help="redundancy number"),
+        Column("w", "", 2, help="v / (σ √r), what the test of the single value looks at"),
     )
     ratio = np.divide(residual, sigma, out=np.full(len(sigma), np.nan), where=sigma > 0.0)
 
@@ -228,10 +255,12 @@ def _prior_rows(data: ResultData, unit: str) -> Table | None:
         i = chosen[number]
         size = float(ratio[i]) if sigma[i] > 0.0 else None
         values = (scale.of(float(residual[i])), scale.of(float(sigma[i])), size, float(redundancy[i]))
-        return (kind[i], subject[i], component[i], *values)
+        tested = float(w[i]) if np.isfinite(w[i]) else None
+        return (in_words(kind[i]), subject[i], component[i], *values, tested)
 
     rows = LazyRows(len(chosen), row)
-    marked = frozenset(np.flatnonzero(np.abs(ratio[chosen]) > 3.0).tolist())
+    critical = (data.content.get("tests") or {}).get("critical", np.inf)
+    marked = frozenset(np.flatnonzero(_tested_factor(data) * np.abs(w[chosen]) > critical).tolist())
     caption = "Residuals of angles" if unit == "deg" else "Residuals of coordinates"
     return Table(caption, columns, rows, marked, "prior_residuals.csv", folded=len(rows) > 60)
 

@@ -88,8 +88,7 @@ def _candidates(
 ) -> Iterator[_Candidates]:
     network = solved.assembler.prepared.network
     seen, points = network.curve_observations, network.point_observations
-    across = on_curves.reliability.orientation_influence[:, 0]
-    rows = _largest(_controlled(across, on_curves.redundancy[:, 0]))
+    rows = _largest(_harm(on_curves)[:, 0])
     if len(rows):
         sigma = np.linalg.norm(numbers.curve.normal[rows] * seen.sigma[rows], axis=1)
         names = [f"{curve_point_name(network, k)}, across" for k in rows]
@@ -101,7 +100,7 @@ def _candidates(
             sigma,
             names,
         )
-    flat = _largest(_controlled(on_points.reliability.orientation_influence, numbers.image_points).ravel())
+    flat = _largest(_harm(on_points).ravel())
     if len(flat):
         rows, axis = flat // 2, flat % 2
         names = [f"{image_point_name(network, k)}, {'xy'[d]}" for k, d in zip(rows, axis, strict=True)]
@@ -181,9 +180,12 @@ def _orientations(
             )  # fmt: skip
 
 
-def _controlled(figures: FloatArray, redundancy: FloatArray) -> FloatArray:
-    """The figures; NaN of observations in which no error is ever found, whatever its size."""
-    return np.where(redundancy > CONTROLLED, figures, np.nan)
+def _harm(table: ResidualTable) -> FloatArray:
+    """Effect on the orientation, or on any unknown where orientations are fixed; NaN where no error is ever found."""
+    found = table.reliability.orientation_influence
+    if not (found > 0.0).any():
+        found = table.reliability.bias_to_noise
+    return np.where(table.redundancy > CONTROLLED, found, np.nan)
 
 
 def _largest(figures: FloatArray) -> IntArray:

@@ -43,3 +43,16 @@ def test_what_nothing_checks_is_no_candidate() -> None:
         found = adjust(_one_point_in_two_fixed_images())
     assert found.point_residuals.redundancy == pytest.approx(np.array([[0.0, 0.5], [0.0, 0.5]]), abs=1e-12)
     assert {influence.name[-1] for influence in found.evidence.influences} == {"y"}
+
+
+def test_with_fixed_images_the_least_controlled_come_first() -> None:
+    network = simulate_block("six-image-mixed", 1)[0]
+    images = network.images
+    prior = np.column_stack([angles_from_rotation(images.rotation), images.position])
+    fixed = replace(images, prior=prior, prior_sigma=np.zeros_like(prior))
+    found = adjust(replace(network, images=fixed))
+    assert all(influence.orientation == 0.0 for influence in found.evidence.influences)
+    of_points = [one.bias_to_noise for one in found.evidence.influences if one.kind == "point"]
+    every = found.point_residuals.reliability.bias_to_noise
+    redundancy = found.point_residuals.redundancy
+    assert max(of_points) == pytest.approx(every[redundancy > 1e-9].max())
