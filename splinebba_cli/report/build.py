@@ -68,10 +68,10 @@ def report_of(result_dir: Path, format: ReportFormat, browser: str | None = None
 
 
 def write_reports(folder: Path, data: ResultData, formats: Sequence[TextFormat]) -> None:
-    """Reports of a result folder in several formats, of data that are at hand."""
+    """Reports in several formats, of data that are at hand, in a result folder that is being made."""
     report = build_report(data)
     for name in formats:
-        write_file_atomically(folder / _FILES[name], rendered(report, data, name))
+        (folder / _FILES[name]).write_text(rendered(report, data, name), encoding="utf-8", newline="\n")
 
 
 def rendered(report: Report, data: ResultData, format: TextFormat) -> str:
