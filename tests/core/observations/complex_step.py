@@ -7,6 +7,7 @@ inverse trigonometric functions that define the angles.  The derivative of f at 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -89,14 +90,24 @@ def curve_point(curve: Curve, parameters: FloatArray, values: Array, u: complex)
         return np.asarray(sum(value * t**k for k, value in enumerate(own)))
     if family.startswith("bspline"):
         return bspline_point(parameters, values, int(family[-1]), closed, segment, u)
+    tension = 0.0 if family == "natural_cubic" else curve.tension
+    pieces = spline_pieces(
+        family, closed, tension, tuple(parameters.tolist()), tuple(values.ravel().tolist())
+    )
+    return np.asarray(sum(pieces[3 - k, segment] * t**k for k in range(4)))
+
+
+@lru_cache(maxsize=64)
+def spline_pieces(
+    family: str, closed: bool, tension: float, parameters: tuple[float, ...], values: tuple[complex, ...]
+) -> Array:
+    """Coefficients of scipy's cubic spline, (4, segments, 3), kept for the next points of the same curve."""
+    u, points = np.array(parameters), np.array(values).reshape(-1, 3)
     if closed:
-        values = np.vstack([values, values[:1]])
+        points = np.vstack([points, points[:1]])
     if family == "natural_cubic":
-        spline = CubicSpline(parameters, values, bc_type="periodic" if closed else "natural")
-    else:
-        slopes = (1.0 - curve.tension) * neighbour_slopes(parameters, values, closed)
-        spline = CubicHermiteSpline(parameters, values, slopes)
-    return np.asarray(sum(spline.c[3 - k, segment] * t**k for k in range(4)))
+        return np.asarray(CubicSpline(u, points, bc_type="periodic" if closed else "natural").c)
+    return np.asarray(CubicHermiteSpline(u, points, (1.0 - tension) * neighbour_slopes(u, points, closed)).c)
 
 
 def neighbour_slopes(parameters: FloatArray, values: Array, closed: bool) -> Array:
