@@ -51,7 +51,7 @@ def _log_table(log: list[dict[str, Any]]) -> Table:
     order = sorted(log, key=lambda each: (each["returned"], -abs(each["predicted_w"] or 0.0)))
     columns = (
         Column("Observation", numeric=False),
-        Column("Row"),
+        Column("Row", help="number of the observation among those of its kind, in the order of the project"),
         Column("Round"),
         Column("Reason", numeric=False),
         Column("Predicted v", numeric=False),

@@ -34,7 +34,9 @@ def precision_section(data: ResultData) -> Section:
 
 def _factors(precision: dict[str, Any]) -> tuple[Fact, ...]:
     degrees = precision["degrees"]
-    known = "σ₀ is known: normal, χ²" if degrees is None else f"σ̂₀ from r = {degrees:.0f}: t, F"
+    known = (
+        "σ₀ is known: normal, χ²" if degrees is None else f"σ̂₀ estimated, redundancy {degrees:.0f}: t and F"
+    )
     facts = [
         Fact("Confidence", f"{100 * precision['confidence']:g} %", known),
         Fact("Factor of σ", f"{precision['interval_factor']:.4f}", "interval of one coordinate"),
@@ -81,9 +83,10 @@ def _ellipses(precision: dict[str, Any], key: str, title: str, caption: str) -> 
 
 def _explanation(precision: dict[str, Any], free: bool) -> str:
     text = (
-        f"Azimuths run from the Y axis clockwise. Multiply standard ellipses by {precision['ellipse_factor']:.3f} and "
-        f"ellipsoids by {precision['ellipsoid_factor']:.3f} for {100 * precision['confidence']:g} %. Radius: the "
-        "circle that holds the horizontal position with this confidence."
+        "Azimuths run from the Y axis clockwise; ellipsoid 1 to 3: its semi-axes. Multiply standard ellipses by "
+        f"{precision['ellipse_factor']:.3f} and ellipsoids by {precision['ellipsoid_factor']:.3f} for "
+        f"{100 * precision['confidence']:g} %. Radius: the circle that holds the horizontal position with this "
+        "confidence; vertical: the interval of the height."
     )
     return f"{text} The datum is free: all of these figures depend on its choice." if free else text
 

@@ -167,8 +167,8 @@ def key_facts(data: ResultData) -> Facts:
                 micrometres = 1e3 * group["rms_mm"]
                 fact = Fact(name, f"{micrometres:.2f} µm", note, number=micrometres, unit="µm")
             items.append(fact)
-    if images:
-        largest = max((s for s in position if s is not None), default=None)
+    largest = max((s for s in position if s is not None), default=None)
+    if largest != 0.0 and images:  # none where all images are fixed
         items.append(_length_fact("Largest σ of a station", largest, _plural(len(images), "image")))
     across = [
         spline["sigma_across"]["mean"] for spline in splines if spline["sigma_across"]["mean"] is not None

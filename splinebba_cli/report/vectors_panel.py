@@ -81,7 +81,7 @@ class Panel:
         count = f"{len(rows)} points" if drawn == len(rows) else f"{drawn} of {len(rows)} points"
         out = int(self._points.out[rows].sum())
         text = f"{count}, rms {1e3 * self._points.rms_mm(image):.2f} µm" + (f", {out} out" if out else "")
-        return f'<p id="{self._name(image)}"><strong>{escaped_line(image, 40)}</strong> {text}</p>'
+        return f'<p id="{self._name(image)}">Image <strong>{escaped_line(image, 40)}</strong> {text}</p>'
 
     def _frame(self, height: float, half: FloatArray, scale: float, camera: dict[str, Any]) -> str:
         x0, y0 = camera["principal_point_mm"]

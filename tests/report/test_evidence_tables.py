@@ -10,7 +10,7 @@ from splinebba_cli.core.adjustment import adjust
 from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.report.blocks import Table
 from splinebba_cli.report.result_data import ResultData
-from splinebba_cli.report.sections import build_report
+from splinebba_cli.report.sections import build_report, key_facts
 from splinebba_cli.simulation.six_image_block import simulate_block
 from tests.output.factory import report_data
 
@@ -59,3 +59,11 @@ def test_effects_on_orientations_are_left_out_where_images_are_fixed(block: Adju
         one["orientation"]["sigmas"] = 0.0
     columns = [c.title for c in _table(data, "Observations whose undetected").columns]
     assert columns == ["Observation", "r", "MDB", "Object", "at"]
+
+
+def test_no_headline_of_stations_that_are_fixed(block: AdjustmentResult) -> None:
+    data = report_data(block)
+    assert "Largest σ of a station" in [fact.label for fact in key_facts(data).items]
+    for image in data["images"]:
+        image["sigma"] = dict.fromkeys(image["sigma"], 0.0)
+    assert "Largest σ of a station" not in [fact.label for fact in key_facts(data).items]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from splinebba_cli.core.quality.length_text import length_text
 from splinebba_cli.core.result import CheckPointSummary, Checks, CheckSpline, Problem
 
 FEWEST = 30  # check points: ASPRS Positional Accuracy Standards for Digital Geospatial Data, edition 2 (2023)
@@ -61,8 +62,8 @@ def _spline(spline: CheckSpline) -> list[Problem]:
     if not spline.beyond and (together is None or together.passed):
         return []
     message = (
-        f"check spline `{spline.id}` lies farther from its given shape than predicted: RMS {spline.rms:.3g} m, "
-        f"predicted {spline.sigma_mean * 2**0.5:.3g} m, {spline.beyond} points beyond their limit"
+        f"check spline `{spline.id}` lies farther from its given shape than predicted: RMS {length_text(spline.rms)}, "
+        f"predicted {length_text(spline.sigma_mean * 2**0.5)}, {spline.beyond} points beyond their limit"
     )
     help = (
         "the given points may be less precise than stated (`check_sigma_m`), the knots too far apart for the shape, or "

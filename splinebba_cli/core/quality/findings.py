@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from splinebba_cli.core.quality.curve_columns import CurveColumns
+from splinebba_cli.core.quality.length_text import length_text
 from splinebba_cli.core.result import AdjustmentResult, GlobalTest, Problem
 
 LITTLE = 0.02  # share of the redundancy that conditions may take without a word
@@ -93,7 +94,7 @@ def _curves(result: AdjustmentResult) -> list[Problem]:
             "SBB533",
             "info",
             f"spline `{name}`: {100 * share:.0f} % of its length is weak across the curve "
-            f"(σ up to {largest:.3g} m, usual in this network {usual:.2g} m)"
+            f"(σ up to {length_text(largest)}, usual in this network {length_text(usual)})"
             + (more if number == NAMED - 1 else ""),
             f"spline `{name}`",
             "the images see these parts from directions that lie in one plane with the curve: add images from "

@@ -29,15 +29,15 @@ def local_findings(result: AdjustmentResult, tests: LocalTests) -> list[Problem]
     settings, statistics = result.network.settings, result.statistics
     if settings.outliers.method != "none" or not tests.tests or statistics.redundancy <= 0:
         return []
-    size, name = _worst(result)
+    size, name, place = _worst(result)
     size = float(tested_values(settings.testing, np.array(size), statistics))
     together = replace(settings.testing, alpha=CERTAIN, multiplicity="sidak")
     if not size > critical_value(together, tests.tests, statistics.redundancy):
         return []
     symbol = "τ" if tests.statistic == "tau" else "w"
     message = (
-        f"{name}: |{symbol}| = {size:.1f} is the largest of {tests.tests} standardised residuals; {tests.beyond} "
-        f"of them {'is' if tests.beyond == 1 else 'are'} beyond {tests.critical:.2f}, "
+        f"{name}{place}: |{symbol}| = {size:.1f} is the largest of {tests.tests} standardised residuals; "
+        f"{tests.beyond} of them {'is' if tests.beyond == 1 else 'are'} beyond {tests.critical:.2f}, "
         f"{tests.alpha_single * tests.tests:.2g} expected by chance"
     )
     help = (
@@ -47,8 +47,8 @@ def local_findings(result: AdjustmentResult, tests: LocalTests) -> list[Problem]
     return [Problem("SBB557", "warning", message, name, help)]
 
 
-def _worst(result: AdjustmentResult) -> tuple[float, str]:
-    """Largest |w| of all kinds, and whose it is."""
+def _worst(result: AdjustmentResult) -> tuple[float, str, str]:
+    """Largest |w| of all kinds, whose it is, and which of the points of an image on a spline."""
     network = result.network
 
     def on_arc(row: int) -> str:
@@ -68,12 +68,15 @@ def _worst(result: AdjustmentResult) -> tuple[float, str]:
         (result.distance_residuals.standardized[:, None], partial(distance_name, network)),
         (result.prior_residuals.standardized[:, None], of_prior),
     ]
-    best, name = 0.0, ""
+    best, name, place = 0.0, "", ""
     for standardized, described in kinds:
         size = np.nan_to_num(np.abs(standardized), nan=0.0)
         if size.size and size.max() > best:
-            best, name = float(size.max()), described(int(size.max(axis=1).argmax()))
-    return best, name
+            row = int(size.max(axis=1).argmax())
+            best, name = float(size.max()), described(row)
+            on_curve = standardized is result.curve_residuals.standardized
+            place = f", row {row + 1} of the points on splines" if on_curve else ""
+    return best, name, place
 
 
 def _prior(prior: PriorResidual) -> str:

@@ -62,6 +62,7 @@ def test_image_points_are_named_with_image_and_feature(kind: str) -> None:
     image = network.images.ids[seen.image[row]]
     feature = network.points.ids[seen.point[row]] if kind == "point" else network.curves[seen.curve[row]].id
     assert problem.subject == f"image `{image}` {'of' if kind == 'point' else 'on'} {kind} `{feature}`"
+    assert (f"row {row + 1} of the points on splines" in problem.message) == (kind == "spline")
 
 
 def test_good_measurements_and_searches_are_left_alone() -> None:
