@@ -149,7 +149,8 @@ def residual_grid_blocks(grids: list[dict[str, Any]]) -> list[Block]:
         largest = f"{1e3 * sizes[grid['camera']]:.2g} µm"
         caption = (
             f"Mean residuals (adjusted − measured) of all images of camera {grid['camera']}, cell by cell of the image "
-            "format, enlarged; the ellipse is three σ of a mean, red arrows leave it. Empty: too few residuals."
+            "format, enlarged; the ellipse is three σ of a mean, red arrows leave it: each cell by itself, where the "
+            "table above has one α for all cells together. Empty: too few residuals."
         )
         alt = f"Mean residual vectors over the image format of camera {grid['camera']}, longest {largest}"
         blocks.append(FigureBlock("residual_grid", caption, alt, grid["camera"]))
