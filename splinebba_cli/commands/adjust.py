@@ -30,6 +30,7 @@ from splinebba_cli.commands.options import (
     TablesOption,
     VerboseOption,
 )
+from splinebba_cli.commands.places import require_place
 from splinebba_cli.errors import ExitCode, SplinebbaError
 
 if TYPE_CHECKING:
@@ -63,6 +64,8 @@ def adjust(
 ) -> None:
     """Adjust a project and write its results: values, dispersion, tests, reports."""
     log = Log(quiet, verbose)
+    with expected_errors(as_json=format is CheckFormat.json):
+        require_place(junit)
     with expected_errors(as_json=format is CheckFormat.json), _reported(project, junit, format):
         from splinebba_cli.jobs.adjust_job import AdjustOptions, run_adjustment
 

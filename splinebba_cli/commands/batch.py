@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
 
 from splinebba_cli.commands import batch_options as option
 from splinebba_cli.commands.console import Log, expected_errors
@@ -19,7 +18,7 @@ from splinebba_cli.commands.options import (
     TablesOption,
     VerboseOption,
 )
-from splinebba_cli.errors import OutputError
+from splinebba_cli.commands.places import require_place
 
 
 def batch(
@@ -61,12 +60,5 @@ def batch(
             return
         places = Places(junit, step_summary or asked_for(), log)
         for place in (junit, step_summary, log):
-            _require_folder(place)
+            require_place(place)
         run_and_tell(tasks, request, places, Log(quiet, verbose), format, begin)
-
-
-def _require_folder(place: Path | None) -> None:
-    """What cannot be written at the end is said before the batch begins."""
-    if place is not None and not place.parent.is_dir():
-        help = "make the folder first, or choose another one"
-        raise OutputError("SBB601", f"cannot write {place}: there is no folder `{place.parent}`", help)
