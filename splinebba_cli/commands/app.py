@@ -10,7 +10,6 @@ import typer
 from typer.core import TyperGroup
 
 from splinebba_cli import __version__
-from splinebba_cli.__main__ import main as main  # where console scripts of earlier installations look for it
 from splinebba_cli.commands import adjust, batch, check, compare, explain, fit, init, report, schema, simulate
 from splinebba_cli.commands.lost_results import flush_results, is_lost, print_lost_results
 from splinebba_cli.commands.usage_errors import belongs_to_typer, print_usage_error, wants_json

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 SPLINES = 12  # check splines with a figure, those with the largest distance
 _LABELLED, _LONG, _BAND = 40, 0.12, 1.96
+_KEYS = ("difference", "sigma")  # of a check point
 _CHI2 = 5.991  # 95 % of χ² with two degrees of freedom
 
 
@@ -43,9 +44,6 @@ def check_points_figure(data: ResultData) -> str:
         labels.thin_out()
 
     return svg_of(draw, (7.6, 3.6), "check_points", tips=tips, kind="map")
-
-
-_KEYS = ("difference", "sigma")
 
 
 def _tip(name: str, difference: FloatArray, sigma: FloatArray, scale: Scale) -> str:

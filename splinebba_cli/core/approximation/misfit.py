@@ -18,9 +18,7 @@ from splinebba_cli.core.network import Camera, FloatArray, IntArray, Network
 from splinebba_cli.core.result import Problem
 from splinebba_cli.errors import NotSolvableError
 
-CONSPICUOUS = (
-    0.05  # of the diagonal of the format; orientations wrong by 2 degrees at normal angles give 0.04
-)
+CONSPICUOUS = 0.05  # of the diagonal of the format; 2 degrees at normal angles give 0.04
 SUSPICIOUS = 0.03  # where there is no solution
 FEWEST = 3  # measurements that tell something
 HELP = (
