@@ -34,6 +34,15 @@ def test_differences_and_factor() -> None:
     assert "var(--bad)" not in drawing
 
 
+def test_vectors_go_from_the_given_place_towards_the_adjusted_one() -> None:
+    """X to the right, Y and Z up: the axis of the drawing points down."""
+    line = r"<title>check point P4[^<]*</title>\n<path d=\"M ([\d.]+) ([\d.]+) \nL ([\d.]+) ([\d.]+)"
+    ends = np.array(re.findall(line, check_points_figure(_data(GOOD))), dtype=float)
+    (right, down), (_, height) = ends[:, 2:] - ends[:, :2]
+    assert right > 1.0 and height < -1.0
+    assert down / right == pytest.approx(0.02 / 0.01, abs=0.01)
+
+
 def test_coordinates_of_millions_of_metres_are_written_out() -> None:
     shown = texts(check_points_figure(_data(GOOD)))  # northings of 5378 km
     assert not [text for text in shown if re.fullmatch(r"1e\d+", text)]

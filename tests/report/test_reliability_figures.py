@@ -66,6 +66,8 @@ def test_cells_of_the_format() -> None:
     drawing = format_map(data, "RMK")
     assert len(titles(drawing)) == 2 * 3
     assert {"Mean redundancy number r", "Median MDB [µm]"} <= set(texts(drawing))
+    assert f"Mean redundancy number r {r[7, 0]:.3g}\n2 image points" in titles(drawing)
+    assert f"Median MDB [µm] {bias[7, 0]:.3g}\n2 image points" in titles(drawing)
 
 
 def test_many_cameras_few_maps() -> None:
