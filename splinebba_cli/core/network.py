@@ -131,6 +131,35 @@ class CurveObservations:
 
 
 @dataclass(frozen=True)
+class UnlabelledPoints:
+    """Image points on edges that nobody has assigned to a curve: they take no part before they are matched.
+
+    Points of a chain (a traced polyline of one image) follow each other in the order of tracing.
+    """
+
+    image: IntArray  # (n,)
+    photo_xy: FloatArray  # (n, 2) mm, as measured
+    sigma: FloatArray  # (n, 2) mm
+    chain: IntArray  # (n,) index into chain_ids, -1: a single point
+    direction: (
+        FloatArray  # (n,) rad, of the edge, from x towards y of the photo, up to half a turn; NaN unknown
+    )
+    chain_ids: tuple[str, ...] = ()
+    group: IntArray | None = None  # (n,) index into group_names, None: one group
+    group_names: tuple[str, ...] = ()
+    excluded: BoolArray | None = None  # (n,) rows that the user has taken out, None: none
+
+    def __len__(self) -> int:
+        return len(self.image)
+
+    @classmethod
+    def none(cls) -> UnlabelledPoints:
+        """No unlabelled points."""
+        whole, two = _no_indices(), np.zeros((0, 2))
+        return cls(whole, two, two, whole, np.zeros(0))
+
+
+@dataclass(frozen=True)
 class PointObservations:
     """Image points of object points."""
 
@@ -222,7 +251,9 @@ class DatumFeatures:
     curves: tuple[str, ...] | None = ()
 
 
-Observed = TypeVar("Observed", PointObservations, CurveObservations, ArcLengths, Tangents, Distances)
+Observed = TypeVar(
+    "Observed", PointObservations, CurveObservations, ArcLengths, Tangents, Distances, UnlabelledPoints
+)
 
 
 def select_rows(observed: Observed, rows: IntArray) -> Observed:
@@ -286,3 +317,4 @@ class Network:
     arc_lengths: ArcLengths = field(default_factory=ArcLengths.none)
     tangents: Tangents = field(default_factory=Tangents.none)
     distances: Distances = field(default_factory=Distances.none)
+    unlabelled: UnlabelledPoints = field(default_factory=UnlabelledPoints.none)

@@ -97,12 +97,12 @@ def prepare(network: Network) -> Prepared:
     """Curve tables and corrected, whitened image points of a network."""
     c = np.array([camera.principal_distance_mm for camera in network.cameras])
     points, curves = network.point_observations, network.curve_observations
-    curve_rays = _rays(network, curves.image, curves.photo_xy, curves.sigma)
+    curve_rays = image_rays(network, curves.image, curves.photo_xy, curves.sigma)
     return Prepared(
         network=network,
         curves=CurveSet.of([basis_of(curve) for curve in network.curves]),
         principal_distance=c[network.images.camera],
-        point_rays=_rays(network, points.image, points.photo_xy, points.sigma),
+        point_rays=image_rays(network, points.image, points.photo_xy, points.sigma),
         curve_rays=curve_rays,
         arc_lengths=_corrected_lengths(network, curve_rays),
         tangents=_corrected_directions(network, curve_rays),
@@ -130,7 +130,8 @@ def _corrected_directions(network: Network, rays: ImageRays) -> ScalarMeasuremen
     return ScalarMeasurements(np.arctan2(turned[:, 1], turned[:, 0]), tangents.sigma * rate, rate)
 
 
-def _rays(network: Network, image: IntArray, photo_xy: FloatArray, sigma: FloatArray) -> ImageRays:
+def image_rays(network: Network, image: IntArray, photo_xy: FloatArray, sigma: FloatArray) -> ImageRays:
+    """Corrected image points with their whitening, of measured ones in given images."""
     camera_of = network.images.camera[image]
     xy = np.empty_like(photo_xy)
     whitening = np.empty((len(photo_xy), 2, 2))
