@@ -7,11 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from splinebba_cli.core.camera.collinearity import project
+from splinebba_cli.core.camera.collinearity import project, project_with_jacobian
 from splinebba_cli.core.matching.scene import Scene
-from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 
-SAMPLES_PER_SEGMENT = 32
+SAMPLES_PER_SEGMENT = 24
+NEIGHBOURS = 48  # samples that are looked at
+NEWTON_STEPS = 4
 
 
 @dataclass(frozen=True)
@@ -23,6 +25,7 @@ class Candidates:
     location: FloatArray  # (k,) u of the foot point
     offset: FloatArray  # (k, 2) projected curve minus measured point, mm in the corrected photo
     tangent: FloatArray  # (k, 2) unit direction of the projected curve, in the sense of ascending u
+    at_end: BoolArray  # (k,) clamped to an end of an open curve: the offset need not be across it
 
     def __len__(self) -> int:
         return len(self.point)
@@ -44,7 +47,7 @@ def find_candidates(scene: Scene, radius: FloatArray, points: IntArray | None = 
     points = np.arange(len(scene.image)) if points is None else points
     curve, u = _samples(scene)
     (xyz,) = scene.curves.evaluate(scene.coefficients, curve, u, (0,))
-    found = []
+    found_point, found_sample = [], []
     for k in np.unique(scene.image[points]):
         own = points[scene.image[points] == k]
         xy = project(
@@ -53,23 +56,45 @@ def find_candidates(scene: Scene, radius: FloatArray, points: IntArray | None = 
         seen = np.flatnonzero(np.isfinite(xy).all(axis=1))
         if not len(seen):
             continue
-        for point, near in zip(
-            own, cKDTree(xy[seen]).query_ball_point(scene.xy[own], radius[own]), strict=True
-        ):
-            rows = seen[near]
-            distance = np.linalg.norm(xy[rows] - scene.xy[point], axis=1)
-            order = np.argsort(distance)
-            _, first = np.unique(curve[rows[order]], return_index=True)
-            for row in rows[order[np.sort(first)]]:
-                after = row + 1 if row + 1 < len(u) and curve[row + 1] == curve[row] else row - 1
-                along = (xy[after] - xy[row]) * (1.0 if after > row else -1.0)
-                found.append((point, curve[row], u[row], *(xy[row] - scene.xy[point]), *along))
-    table = np.array(found).reshape(-1, 7)
-    length = np.linalg.norm(table[:, 5:], axis=1, keepdims=True)
-    return Candidates(
-        table[:, 0].astype(np.int64), table[:, 1].astype(np.int64), table[:, 2], table[:, 3:5],
-        table[:, 5:] / length,
-    )  # fmt: skip
+        step = np.linalg.norm(np.diff(xy[seen], axis=0), axis=1)[np.diff(curve[seen]) == 0]
+        reach = float(radius[own].max()) + (float(np.quantile(step, 0.99)) if len(step) else 0.0)
+        distance, near = cKDTree(xy[seen]).query(
+            scene.xy[own], k=min(NEIGHBOURS, len(seen)), distance_upper_bound=reach
+        )
+        distance, near = distance.reshape(len(own), -1), near.reshape(len(own), -1)
+        row, column = np.nonzero(np.isfinite(distance))
+        sample = seen[near[row, column]]
+        key = row * len(scene.curves.bases) + curve[sample]
+        _, first = np.unique(key, return_index=True)  # nearest sample of every curve
+        found_point.append(own[row[first]])
+        found_sample.append(sample[first])
+    if not found_point:
+        return _refined(scene, radius, *(np.zeros(0, dtype=np.int64),) * 2, np.zeros(0))
+    sample = np.concatenate(found_sample)
+    return _refined(scene, radius, np.concatenate(found_point), curve[sample], u[sample])
+
+
+def _refined(
+    scene: Scene, radius: FloatArray, point: IntArray, curve: IntArray, u: FloatArray
+) -> Candidates:
+    """Newton steps to the foot points, those outside of the radius left out."""
+    curves, image = scene.curves, scene.image[point]
+    camera = scene.principal_distance[image], scene.rotation[image], scene.position[image]
+    low = np.where(curves.closed[curve], -np.inf, curves.first[curve])
+    high = np.where(curves.closed[curve], np.inf, curves.last[curve])
+    for last in [False] * NEWTON_STEPS + [True]:
+        xyz, rate = curves.evaluate(scene.coefficients, curve, u, (0, 1))
+        xy, jacobian = project_with_jacobian(*camera, xyz)
+        offset = xy - scene.xy[point]
+        along = np.einsum("kij,kj->ki", jacobian.object_xyz, rate)
+        if not last:
+            u = np.clip(u - np.sum(along * offset, axis=1) / np.sum(along**2, axis=1), low, high)
+    distance = np.linalg.norm(offset, axis=1)
+    keep = np.flatnonzero(distance <= radius[point])
+    keep = keep[np.lexsort((distance[keep], point[keep]))]
+    tangent = along / np.linalg.norm(along, axis=1, keepdims=True)
+    at_end = (u <= low) | (u >= high)
+    return Candidates(point[keep], curve[keep], u[keep], offset[keep], tangent[keep], at_end[keep])
 
 
 def _samples(scene: Scene) -> tuple[IntArray, FloatArray]:
