@@ -88,7 +88,7 @@ def _variances(
     across = np.sum(normal * offset, axis=1)
     beyond = np.where(candidates.at_end[rows], np.abs(np.sum(tangent * offset, axis=1)), 0.0)
     g = np.matmul(normal[:, None, :], jacobian.orientation)[:, 0]
-    of_images = np.sum(np.matmul(g[:, None, :], uncertainty.eop[image])[:, 0] * g, axis=1)
+    of_images = uncertainty.of_images(image, g)
     h = np.matmul(normal[:, None, :], jacobian.object_xyz)[:, 0]
     of_curves = uncertainty.of_curves(scene, curve, u, h)
     w = np.linalg.solve(scene.whitening[point].transpose(0, 2, 1), normal[:, :, None])[:, :, 0]

@@ -40,7 +40,6 @@ class Alignment:
 
     pose: Pose
     dispersion: FloatArray  # (6, 6) of theta, X0, with the prior
-    information: FloatArray  # (6, 6) of the measurements alone
     gain: float
     runner_up: float  # gain of the best other pose, 0 where there is none
     inliers: int
@@ -79,7 +78,7 @@ def align_image(
         if all(_apart(view, poses[number], other) > window.cell for other in chosen):
             chosen.append(poses[number])
     refined = [_refined(view, pose, start, dispersion, 2.0 * window.cell) for pose in chosen]
-    return _decided(view, refined, span)
+    return _decided(view, refined, span, dispersion)
 
 
 def _starts(
@@ -172,7 +171,9 @@ def _difference(prior: Pose, pose: Pose) -> FloatArray:
     return np.concatenate([vector, pose.position - prior.position])
 
 
-def _decided(view: ImageView, refined: list[_Refined], span: float) -> Alignment:
+def _decided(
+    view: ImageView, refined: list[_Refined], span: float, dispersion: FloatArray
+) -> Alignment:
     """The best pose, its dispersion, and the best other one."""
     sigma = float(np.median(view.sigma))
     gains = []
@@ -187,10 +188,15 @@ def _decided(view: ImageView, refined: list[_Refined], span: float) -> Alignment
     ]
     return Alignment(
         pose=best.pose,
-        dispersion=np.zeros((6, 6)),
-        information=best.normal,
+        dispersion=_posterior(best, dispersion),
         gain=gains[order[0]][0],
         runner_up=max(others, default=0.0),
         inliers=gains[order[0]][1],
         scale=best.scale,
     )
+
+
+def _posterior(found: _Refined, prior: FloatArray) -> FloatArray:
+    """Dispersion (6, 6) after the measurements: (N + S^-1)^-1, written so that S may be singular."""
+    noise = max(1.0, found.scale) if np.isfinite(found.scale) else 1.0
+    return np.asarray(prior @ np.linalg.inv(np.eye(6) + found.normal @ prior / noise**2))
