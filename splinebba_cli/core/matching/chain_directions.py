@@ -14,6 +14,8 @@ from splinebba_cli.core.network import FloatArray, IntArray
 
 LONG_ENOUGH = 12.0  # sigma of a point: length over which a direction is taken
 MOST = 25  # points to either side
+FEWEST = 3  # points of a chain that tells directions: two say nothing of how it bends
+TURNING = 0.6  # of what the direction turns over half a window: where an edge bends, its chord is not its tangent
 GIVEN_SIGMA = 0.1  # rad, of directions that come with the points
 
 
@@ -69,9 +71,12 @@ def chain_directions(scene: Scene, chains: ChainOrder) -> Directions:
     angle, deviation = np.full(len(order), np.nan), np.full(len(order), np.inf)
     spread = xx + yy
     enough = (count >= 2) & (spread > 4.0 * sigma**2)
-    angle[order] = np.where(enough, 0.5 * np.arctan2(2.0 * mixed, xx - yy), np.nan)
+    enough &= chains.end - chains.begin >= FEWEST
+    axis = np.where(enough, 0.5 * np.arctan2(2.0 * mixed, xx - yy), np.nan)
+    angle[order] = axis
     with np.errstate(divide="ignore", invalid="ignore"):
-        deviation[order] = np.where(enough, sigma / np.sqrt(count * spread), np.inf)
+        noise = np.where(enough, sigma / np.sqrt(count * spread), np.inf)
+    deviation[order] = np.hypot(noise, TURNING * _turning(axis, half, chains))
     given = np.isfinite(scene.direction)
     return Directions(
         np.where(given, scene.direction, angle), np.where(given, GIVEN_SIGMA, deviation)
@@ -95,3 +100,12 @@ def _half_width(xy: FloatArray, sigma: FloatArray, chains: ChainOrder) -> IntArr
     noise = np.add.reduceat(sigma, start) / size
     half = np.ceil(0.5 * LONG_ENOUGH * noise / np.maximum(mean, 1e-12))
     return np.repeat(np.clip(half, 1, MOST).astype(np.int64), size)
+
+
+def _turning(axis: FloatArray, half: IntArray, chains: ChainOrder) -> FloatArray:
+    """Largest change of direction towards half a window before and behind every place, (n,) rad."""
+    place = np.arange(len(axis))
+    found = np.zeros(len(axis))
+    for other in (np.maximum(place - half, chains.begin), np.minimum(place + half, chains.end - 1)):
+        found = np.fmax(found, np.abs(np.arcsin(np.clip(np.sin(axis[other] - axis), -1.0, 1.0))))
+    return found

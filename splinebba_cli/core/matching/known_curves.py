@@ -35,7 +35,7 @@ ITERATIONS = 12  # of an adjustment inside the loop
 CAUTION = 4.0  # times the variances of the adjustment, while many labels change
 STEADY = 0.02  # share of points that change: below it the variances count as they are
 ROBUST_ROUNDS = 2  # at least, with weights from residuals
-NEARLY_NONE = 5e-4  # share of points whose change, twice in a row, ends a stage
+NEARLY_NONE = 5e-3  # share of points whose change, three times in a row, ends a stage
 
 
 def match_known_curves(
@@ -91,7 +91,7 @@ def _stage(
             break
         progress = progress.after(solved, CAUTION if share > STEADY else 1.0)
         still = still + 1 if share <= NEARLY_NONE else 0
-        if number > 1 and (changed == 0 or still > 1):
+        if number > 1 and (changed == 0 or still > 2):
             break
     return progress
 

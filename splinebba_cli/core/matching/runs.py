@@ -23,6 +23,7 @@ from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 
 TRACING_BIAS = 0.7  # sigma of a point: common to an edge
 FEWEST = 4  # points of a run of a longer chain
+SHARE = 0.6  # of the points of a short chain
 ODDS = 20.0  # of the curve against the next one
 COVERED = 0.8  # share of a run near which another curve is a rival
 SLOPE = 0.06  # of distances along a run, beyond what noise and orientation explain
@@ -66,7 +67,7 @@ def find_runs(scene: Scene, gated: Gated, chains: ChainOrder, label: IntArray, a
     size = own.count.astype(np.int64)
     length = np.ones(len(scene.image), dtype=np.int64)
     length[chains.order] = chains.end - chains.begin
-    enough = size >= np.minimum(FEWEST, length[start])
+    enough = size >= np.minimum(FEWEST, np.ceil(SHARE * length[start]))
     centred = own.mean**2 <= chi2.isf(alpha, 1) * own.mean_variance
     level = np.abs(slope) <= SLOPE + SLOPE_SIGMA * slope_sigma
     return Runs(
