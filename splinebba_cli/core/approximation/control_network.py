@@ -17,12 +17,16 @@ def known_curves(network: Network) -> BoolArray:
     return np.array([bool((curve.sigma == 0.0).all()) for curve in network.curves], dtype=bool)
 
 
-def control_network(network: Network) -> tuple[Network, IntArray]:
+def control_network(network: Network, kept: BoolArray | None = None) -> tuple[Network, IntArray]:
     """The network without its curves that are not wholly known, and the measured curve points that stay, (n,).
 
     Arc lengths and tangents at points that stay go with them.
+
+    Parameters
+    ----------
+    kept : (nc,) other curves that stay instead
     """
-    known = known_curves(network)
+    known = known_curves(network) if kept is None else kept
     observed, arcs, tangents = network.curve_observations, network.arc_lengths, network.tangents
     rows = np.flatnonzero(known[observed.curve])
     curve_number, row_number = np.cumsum(known) - 1, np.full(len(observed), -1)

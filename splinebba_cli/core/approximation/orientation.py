@@ -65,7 +65,7 @@ class _Search:
     def __init__(self, network: Network) -> None:
         self.network = network
         self.corrected = corrected_point_observations(network)
-        self.rotation, self.position = _given_orientations(network)
+        self.rotation, self.position = given_orientations(network)
         self.known = _control_xyz(network)  # (n, 3) NaN where not known (yet)
         self.is_control = np.isfinite(self.known).all(axis=1)
         self.resolved: dict[int, Resection] = {}
@@ -145,7 +145,7 @@ class _Search:
         )
 
 
-def _given_orientations(network: Network) -> tuple[FloatArray, FloatArray]:
+def given_orientations(network: Network) -> tuple[FloatArray, FloatArray]:
     """Copies of the given orientations; a complete prior serves where there is no approximate value."""
     images = network.images
     rotation, position = images.rotation.copy(), images.position.copy()

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import logging
+import time
 from dataclasses import replace
 
 import numpy as np
 
+from splinebba_cli.core.curves.registry import basis_of, lasting_parameters
 from splinebba_cli.core.estimation.gauss_markov import Observer
-from splinebba_cli.core.matching.candidates import find_candidates
-from splinebba_cli.core.matching.matches import Matches, MatchResult, Reason
-from splinebba_cli.core.matching.scene import Scene
+from splinebba_cli.core.matching.finishing import Known
+from splinebba_cli.core.matching.known_curves import match_known_curves
+from splinebba_cli.core.matching.labelled_network import with_labels
+from splinebba_cli.core.matching.matches import MatchResult
 from splinebba_cli.core.matching.settings import MatchSettings
-from splinebba_cli.core.network import CurveObservations, IntArray, Network, select_rows
-from splinebba_cli.core.state import State, initial_coefficients, prepare
+from splinebba_cli.core.network import Curve, FloatArray, Network
+from splinebba_cli.core.quality.orientation_dispersion import eop_dispersion
+from splinebba_cli.core.state import prepare
 
 _log = logging.getLogger(__name__)
-
-GATE_SIGMA = 4.0
 
 
 def match(
@@ -35,64 +37,56 @@ def match(
     MatchResult
     """
     settings = settings or MatchSettings()
-    _log.info("matching")
-    prepared = prepare(network)
-    images = network.images
-    state = State(
-        images.rotation, images.position, initial_coefficients(prepared), network.points.xyz,
-        network.curve_observations.location,
-    )  # fmt: skip
-    scene = Scene.of(network, state, prepared)
-    radius = GATE_SIGMA * network.unlabelled.sigma.max(axis=1)
-    near = find_candidates(scene, radius)
-    first = np.unique(near.point, return_index=True)[1]
-    count = len(network.unlabelled)
-    curve, location = np.full(count, -1), np.full(count, np.nan)
-    distance, reason = np.full(count, np.inf), np.full(count, int(Reason.FAR))
-    curve[near.point[first]], location[near.point[first]] = near.curve[first], near.location[first]
-    distance[near.point[first]] = np.linalg.norm(near.offset[first], axis=1)
-    reason[near.point[first]] = Reason.MATCHED
-    matches = Matches(curve, location, distance, np.full(count, np.inf), reason)
+    begin = time.perf_counter()
+    _log.info("matching against given curves")
+    known = match_known_curves(network, settings, observer=observer)
+    improved = _improved(network, known)
     return MatchResult(
-        network=with_labels(network, curve, location),
+        network=with_labels(improved, known.matches.curve, known.matches.location),
         given=network,
-        matches=matches,
-        oriented=np.zeros(len(images.ids), dtype=bool),
-        eop_dispersion=np.full((len(images.ids), 6, 6), np.nan),
+        matches=known.matches,
+        oriented=known.oriented,
+        eop_dispersion=_dispersion(improved, known),
+        history=known.history,
+        problems=known.problems,
+        timings={"known_curves_s": time.perf_counter() - begin},
     )
 
 
-def with_labels(network: Network, curve: IntArray, location: np.ndarray) -> Network:
-    """The network with labelled points among its curve observations, behind those that it had.
+def _improved(network: Network, known: Known) -> Network:
+    """The network with better approximate orientations and shapes."""
+    images, given = network.images, network.images.has_orientation | known.oriented
+    rotation = np.where(given[:, None, None], known.state.rotation, images.rotation)
+    position = np.where(given[:, None], known.state.position, images.position)
+    curves = network.curves
+    if known.improved_curves.any():
+        prepared = prepare(network)
+        start = prepared.curves.coefficient_start
+        curves = tuple(
+            _with_shape(curve, known.state.coefficients[start[k] : start[k + 1]])
+            if known.improved_curves[k]
+            else curve
+            for k, curve in enumerate(network.curves)
+        )
+    return replace(network, images=replace(images, rotation=rotation, position=position), curves=curves)
 
-    Parameters
-    ----------
-    curve : (n,) curve of every unlabelled point, -1: stays unlabelled
-    location : (n,) u
-    """
-    points, old = network.unlabelled, network.curve_observations
-    rows = np.flatnonzero(curve >= 0)
-    names = old.group_names or ("",)
-    own_names = points.group_names or ("matched",)
-    old_group = old.group if old.group is not None else np.zeros(len(old), dtype=np.int64)
-    own_group = points.group if points.group is not None else np.zeros(len(points), dtype=np.int64)
-    excluded = None
-    if old.excluded is not None or points.excluded is not None:
-        parts = [
-            np.zeros(len(each), dtype=bool) if each.excluded is None else each.excluded
-            for each in (old, points)
-        ]
-        excluded = np.concatenate([parts[0], parts[1][rows]])
-    labelled = CurveObservations(
-        np.concatenate([old.image, points.image[rows]]),
-        np.concatenate([old.curve, curve[rows]]),
-        np.vstack([old.photo_xy, points.photo_xy[rows]]),
-        np.vstack([old.sigma, points.sigma[rows]]),
-        np.concatenate([old.location, location[rows]]),
-        np.concatenate([old.segment, np.full(len(rows), -1)]),
-        np.concatenate([old_group, len(names) + own_group[rows]]),
-        (*names, *own_names),
-        excluded,
-    )  # fmt: skip
-    rest = select_rows(points, np.flatnonzero(curve < 0))
-    return replace(network, curve_observations=labelled, unlabelled=rest)
+
+def _with_shape(curve: Curve, coefficients: FloatArray) -> Curve:
+    """A curve with other approximate values; the reference of its gauge conditions stays."""
+    basis = basis_of(curve)
+    values = np.where(np.isinf(curve.sigma), basis.values_from_coefficients(coefficients), curve.values)
+    reference = curve.values if curve.reference is None else curve.reference
+    return replace(
+        curve, values=values, reference=reference, knot_parameters=lasting_parameters(curve, basis)
+    )
+
+
+def _dispersion(network: Network, known: Known) -> FloatArray:
+    """Dispersions (m, 6, 6) of omega, phi, kappa, X0, Y0, Z0; NaN where not estimated."""
+    found = np.full((len(known.oriented), 6, 6), np.nan)
+    if known.oriented.any():
+        blocks = np.where(known.oriented[:, None, None], known.dispersion, 0.0)
+        rotation = np.where(np.isfinite(network.images.rotation), network.images.rotation, np.eye(3))
+        turned = eop_dispersion(network.images, rotation, blocks)
+        found[known.oriented] = turned[known.oriented]
+    return found

@@ -1,0 +1,140 @@
+"""The end of the loop: which images are determined, gross errors out, what is handed back.
+
+An assumed prior is no measurement: it leaves the last adjustment, but for images whose matched curves say less about
+some direction than the prior does.  Those keep the orientation that was given.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from splinebba_cli.core.matching.determined_images import undetermined_images
+from splinebba_cli.core.matching.label_round import LabelRound
+from splinebba_cli.core.matching.loop_context import LoopContext, Progress
+from splinebba_cli.core.matching.matches import GateStep, Matches, Reason
+from splinebba_cli.core.matching.orientation_prior import without_assumed
+from splinebba_cli.core.matching.round_adjustment import Labels, Round
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
+from splinebba_cli.core.result import Problem
+from splinebba_cli.core.state import State
+
+ITERATIONS = 60
+GROSS_ROUNDS = 5
+
+
+@dataclass(frozen=True)
+class Known:
+    """What matching against given curves found."""
+
+    state: State  # of all curves of the network; locations belong to nothing
+    matches: Matches
+    oriented: BoolArray  # (m,) images whose orientation the matched curves improved
+    dispersion: FloatArray  # (m, 6, 6) of theta, X0; NaN where an orientation is not estimated
+    improved_curves: BoolArray  # (nc,) whose shape the labels have improved
+    history: tuple[GateStep, ...]
+    problems: tuple[Problem, ...]
+
+
+def finished(
+    context: LoopContext,
+    progress: Progress,
+    curves: BoolArray,
+    history: tuple[GateStep, ...],
+    problems: tuple[Problem, ...],
+) -> Known:
+    """Last labels, adjustment and verdicts.
+
+    Parameters
+    ----------
+    curves : (nc,) of the last stage
+    """
+    start = context.start
+    weak, named = undetermined_images(context, progress)
+    network = without_assumed(start.network, start.prior, weak)
+    gross = np.zeros(len(context.usable), dtype=bool)
+    found, solved, kept = context.label(progress, curves), None, start.known
+    for _ in range(GROSS_ROUNDS):
+        labels, kept = context.taken(
+            np.where(gross, -1, found.matches.curve), found.matches.location, curves
+        )
+        progress = replace(progress, labels=labels)
+        if not len(labels.rows):
+            break
+        solved = context.adjust(progress, kept, network, ITERATIONS, robust=False)
+        if solved is None and not weak.all():  # something is not determined without the assumed priors
+            weak = start.prior.known.copy()
+            network = without_assumed(start.network, start.prior, weak)
+            solved = context.adjust(progress, kept, network, ITERATIONS, robust=False)
+        if solved is None:
+            break
+        progress = progress.after(solved, 1.0)
+        found = context.label(progress, curves)
+        beyond = _gross(context, found, labels)
+        if not (beyond & ~gross).any():
+            break
+        gross |= beyond
+    seen = np.bincount(
+        context.network.unlabelled.image[progress.labels.rows], minlength=len(weak)
+    )
+    oriented = (seen > 0) & ~weak & start.prior.known & (solved is not None)
+    return Known(
+        state=_state(context, progress.state, weak | (seen == 0)),
+        matches=_matches(context, found, gross),
+        oriented=oriented,
+        dispersion=_dispersion(progress, solved, oriented),
+        improved_curves=kept & ~start.known & (solved is not None),
+        history=history,
+        problems=(*problems, *named),
+    )
+
+
+def _gross(context: LoopContext, found: LabelRound, labels: Labels) -> BoolArray:
+    """Labelled points whose standardised residual is no chance, (n,).
+
+    A point that took part is nearer to its curve than one that did not: its residual has the variance of its noise
+    less that of the projected curve, not their sum.
+    """
+    took_part = (labels.curve >= 0) & (labels.curve == found.matches.curve)
+    total, own = 1.0 + found.common, np.maximum(1.0 - found.common, 0.05)
+    square = found.matches.distance**2 * np.where(took_part, total / own, 1.0)
+    return np.asarray((found.matches.curve >= 0) & (square > chi2.isf(context.settings.alpha, 1)))
+
+
+def _matches(context: LoopContext, found: LabelRound, gross: BoolArray) -> Matches:
+    """Matches with gross errors and points that take no part named."""
+    matches = found.matches
+    reason: IntArray = matches.reason.copy()
+    out = gross & (matches.curve >= 0)
+    reason[out] = Reason.GROSS
+    reason[~context.start.prior.known[context.network.unlabelled.image]] = Reason.NOT_ORIENTED
+    reason[context.excluded] = Reason.EXCLUDED
+    none = reason != Reason.MATCHED
+    return replace(
+        matches,
+        curve=np.where(none, -1, matches.curve),
+        location=np.where(none, np.nan, matches.location),
+        reason=reason,
+    )
+
+
+def _state(context: LoopContext, state: State, given: BoolArray) -> State:
+    """The state, orientations of some images as they were given."""
+    prior = context.start.prior
+    keep = given & prior.known
+    return replace(
+        state,
+        rotation=np.where(keep[:, None, None], prior.rotation, state.rotation),
+        position=np.where(keep[:, None], prior.position, state.position),
+    )
+
+
+def _dispersion(progress: Progress, solved: Round | None, oriented: BoolArray) -> FloatArray:
+    """Dispersions of orientations of the last adjustment, times its variance of unit weight."""
+    found = np.full((len(oriented), 6, 6), np.nan)
+    if solved is not None:
+        factor = solved.sigma0**2 if np.isfinite(solved.sigma0) else 1.0
+        found[oriented] = factor * progress.uncertainty.eop[oriented]
+    return found
