@@ -7,11 +7,11 @@ the chain best over a stretch.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.spatial import cKDTree
 
+from splinebba_cli.core.matching.fragments.link_table import Links, rows_of_links
+from splinebba_cli.core.matching.fragments.one_chain import one_chain_an_image
 from splinebba_cli.core.matching.fragments.traced_chains import TracedChains
 from splinebba_cli.core.matching.fragments.views import Views
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
@@ -21,23 +21,6 @@ NEIGHBOURS = 2  # on either side, over which the fit to a fragment is averaged
 LEAST_ROW = 3  # linked points in a row
 EQUAL = 1.0  # difference of mean squares up to which two fragments explain a chain equally well
 BEYOND = 0.75  # of a step, beyond the ends of a fragment
-
-
-@dataclass(frozen=True)
-class Links:
-    """Pairs of a chain point and a place on a fragment, sorted by fragment and point."""
-
-    fragment: IntArray  # (k,)
-    point: IntArray  # (k,) of the chains
-    place: FloatArray  # (k,)
-    z: FloatArray  # (k,) distance across over its sigma, with sign
-
-    def __len__(self) -> int:
-        return len(self.point)
-
-    def only(self, rows: IntArray | BoolArray) -> Links:
-        """Some of the links."""
-        return Links(self.fragment[rows], self.point[rows], self.place[rows], self.z[rows])
 
 
 def links_of(
@@ -69,6 +52,7 @@ def links_of(
     new = np.ones(len(links), dtype=bool)
     new[1:] = (links.point[1:] != links.point[:-1]) | (links.fragment[1:] != links.fragment[:-1])
     links = _in_rows(chains, links.only(new))
+    links = _in_rows(chains, one_chain_an_image(chains, links))
     return _in_rows(chains, _best_fragment(chains, links))
 
 
@@ -126,28 +110,17 @@ def _in_rows(chains: TracedChains, links: Links) -> Links:
     """Links whose points follow each other on their piece, at least three or the whole piece."""
     if not len(links):
         return links
-    group = _groups(chains, links)
+    group = rows_of_links(chains, links)
     size = np.bincount(group)
     least = np.minimum(LEAST_ROW, np.diff(chains.start)[chains.piece[links.point]])
     return links.only(size[group] >= least)
-
-
-def _groups(chains: TracedChains, links: Links) -> IntArray:
-    """Rows of consecutive points linked to one fragment, a point may be left out; (k,)."""
-    new = np.ones(len(links), dtype=bool)
-    new[1:] = (
-        (links.fragment[1:] != links.fragment[:-1])
-        | (chains.piece[links.point[1:]] != chains.piece[links.point[:-1]])
-        | (links.point[1:] - links.point[:-1] > 2)
-    )
-    return np.asarray(np.cumsum(new) - 1)
 
 
 def _best_fragment(chains: TracedChains, links: Links) -> Links:
     """Links to the fragment that fits best over the neighbours; to others as well where they fit equally."""
     if not len(links):
         return links
-    group, square = _groups(chains, links), links.z**2
+    group, square = rows_of_links(chains, links), links.z**2
     total, number = square.copy(), np.ones(len(links))
     for shift in range(1, NEIGHBOURS + 1):
         same = group[shift:] == group[:-shift]
