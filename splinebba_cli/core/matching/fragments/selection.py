@@ -58,8 +58,7 @@ def selected_stretches(
             if confirmed.sum() < LEAST_PLACES and not alone:
                 continue
             if not alone:
-                seen = np.flatnonzero(_beside_confirmed(chains, labels, begin, first + a, confirmed))
-                a, b = a + int(seen[0]), a + int(seen[-1]) + 1
+                a, b = _held(_beside_confirmed(chains, labels, begin, first + a, confirmed), confirmed, a)
             a, b = max(a - OVERLAP, 0), min(b + OVERLAP, last - first)
             out.append(Stretch(first + a, first + b))
             _take(chains, labels, begin, first + a, first + b, taken)
@@ -74,6 +73,14 @@ def _stretches(ok: BoolArray) -> list[tuple[int, int]]:
     cut = np.flatnonzero(np.diff(number) > FILL + 1)
     first, last = np.concatenate([[0], cut + 1]), np.concatenate([cut, [len(number) - 1]])
     return list(zip(number[first].tolist(), (number[last] + 1).tolist(), strict=True))
+
+
+def _held(beside: BoolArray, confirmed: BoolArray, offset: int) -> tuple[int, int]:
+    """Range of a stretch without ends of two images that are longer than what three images confirm."""
+    seen, sure = np.flatnonzero(beside), np.flatnonzero(confirmed)
+    first = max(int(seen[0]), int(sure[0]) - len(sure))
+    last = min(int(seen[-1]), int(sure[-1]) + len(sure))
+    return offset + first, offset + last + 1
 
 
 def _beside_confirmed(
