@@ -87,13 +87,11 @@ def _beside_confirmed(
     chains: TracedChains, labels: LabelledPoints, begin: IntArray, first: int, confirmed: BoolArray
 ) -> BoolArray:
     """Places that three images see, and those of two that stay on a chain of them."""
-    piece = chains.piece[labels.link_place.astype(np.int64)]
     count = len(confirmed)
-    known = np.unique(
-        np.concatenate([piece[begin[first + k] : begin[first + k + 1]] for k in np.flatnonzero(confirmed)])
-    )
     rows = slice(begin[first], begin[first + count])
-    beside = np.bincount(labels.link_point[rows] - first, np.isin(piece[rows], known), minlength=count) > 0
+    place = labels.link_point[rows] - first
+    piece = chains.piece[labels.link_place[rows].astype(np.int64)]
+    beside = np.bincount(place, np.isin(piece, piece[confirmed[place]]), minlength=count) > 0
     return np.asarray(confirmed | beside)
 
 
