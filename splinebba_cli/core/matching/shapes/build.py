@@ -11,6 +11,7 @@ import numpy as np
 from splinebba_cli.core.matching.fragments.fragment import Fragment
 from splinebba_cli.core.matching.matches import BuiltCurve
 from splinebba_cli.core.matching.settings import MatchSettings
+from splinebba_cli.core.matching.shapes.corners import corner_points, cut_at_corners
 from splinebba_cli.core.matching.shapes.draft import Draft, curve_of_fit, draft_of
 from splinebba_cli.core.matching.shapes.grouping import groups_of
 from splinebba_cli.core.matching.shapes.joining import joined_strands
@@ -75,8 +76,10 @@ def build_curves(
 
 def strands_of(network: Network, fragments: Sequence[Fragment]) -> list[Strand]:
     """Whole edges from fragments: those of one edge merged, then joined across gaps."""
-    single = [s for f in fragments if (s := strand_of(f)) is not None]
     points = _image_points(network)
+    corner = corner_points(points, network.unlabelled.chain)
+    parts = [part for f in fragments for part in cut_at_corners(f, corner, points.image)]
+    single = [s for part in parts if (s := strand_of(part)) is not None]
     overlaps = overlaps_of(single, points)
     groups = groups_of(len(single), overlaps)
     whole = [merged([single[k] for k in group]) for group in groups]

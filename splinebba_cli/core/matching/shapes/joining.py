@@ -57,13 +57,14 @@ class _Ends:
     def of(cls, strands: list[Strand]) -> _Ends:
         xyz, outward, dispersion, spacing, length = [], [], [], [], []
         for strand in strands:
-            lever = min(LEVER, len(strand.location) - 1)
-            for end, inner in ((0, lever), (-1, -1 - lever)):
+            for end, sign in ((0, 1.0), (-1, -1.0)):
+                back = strand.location[end] + sign * LEVER * strand.spacing
+                inner = int(np.argmin(np.abs(strand.location - back)))
                 step = strand.line[end] - strand.line[inner]
                 xyz.append(strand.line[end])
                 outward.append(step / max(float(np.linalg.norm(step)), 1e-300))
                 dispersion.append(strand.dispersion[end])
-                spacing.append(strand.length / max(len(strand.location) - 1, 1))
+                spacing.append(strand.spacing)
                 length.append(strand.length)
         return cls(
             np.array(xyz), np.array(outward), np.array(dispersion), np.array(spacing), np.array(length)
@@ -225,10 +226,10 @@ def _end_to_end(strands: list[Strand], ring: bool) -> Strand:
     shifted, corners, at = [], [], 0.0
     for number, strand in enumerate(strands):
         if number:
-            gap = float(np.linalg.norm(strand.line[0] - strands[number - 1].line[-1]))
+            before, after = _steps_to_meet(strands[number - 1], strand)
             if _turns(strands[number - 1], strand):
-                corners.append(at + 0.5 * gap)
-            at += gap
+                corners.append(at + before)
+            at += before + after
         shift = at - float(strand.location[0])
         corners += [c + shift for c in strand.corners]
         shifted.append(
@@ -249,6 +250,22 @@ def _end_to_end(strands: list[Strand], ring: bool) -> Strand:
 _ARRAYS = (
     "xyz", "line", "dispersion", "image_count", "weak", "location", "link_row", "link_location",
 )  # fmt: skip
+
+
+def _steps_to_meet(before: Strand, after: Strand) -> tuple[float, float]:
+    """Metres from both ends to where their straight continuations come closest; halves of the gap where they run alike."""
+    ends = _Ends.of([before, after])
+    step = ends.xyz[2] - ends.xyz[1]
+    gap = float(np.linalg.norm(step))
+    a, b = ends.outward[1], ends.outward[2]
+    cosine = float(a @ b)
+    if -cosine >= CORNER:
+        return 0.5 * gap, 0.5 * gap
+    sine2 = 1.0 - cosine**2
+    s = float(step @ a - cosine * (step @ b)) / sine2 if sine2 > 1e-6 else 0.5 * gap
+    t = float(cosine * (step @ a) - step @ b) / sine2 if sine2 > 1e-6 else 0.5 * gap
+    least = -float(max(before.spacing, after.spacing))
+    return float(np.clip(s, least, 2.0 * gap - least)), float(np.clip(t, least, 2.0 * gap - least))
 
 
 def _turns(before: Strand, after: Strand) -> bool:

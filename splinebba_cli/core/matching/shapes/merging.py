@@ -45,18 +45,8 @@ def merged(strands: list[Strand]) -> Strand:
 def refitted(strand: Strand, rounds: int = ROUNDS) -> Strand:
     """A strand in the order along a curve through all its places."""
     for _ in range(rounds):
-        fit = fit_places(strand.places, SMOOTH_TOLERANCE)
-        order = np.argsort(strand.location, kind="stable")
-        before, after = strand.location[order], np.maximum.accumulate(fit.location[order])
-        moved = on_fit(fit, strand)
-        strand = replace(moved, link_location=_mapped(strand.link_location, before, after))
+        strand = on_fit(fit_places(strand.places, SMOOTH_TOLERANCE), strand)
     return strand
-
-
-def _mapped(location: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
-    """Locations carried from one table of ascending places to another."""
-    distinct = np.concatenate([[True], np.diff(before) > 0.0])
-    return np.asarray(np.interp(location, before[distinct], after[distinct]))
 
 
 def _common_length(present: Strand, other: Strand) -> float:

@@ -81,11 +81,10 @@ def overlap_of(strands: list[Strand], a: int, b: int, points: ImagePoints) -> Ov
     statistic = lateral_statistics(first, second, feet)
     near = feet.beside & (np.abs(cosine) > ALONG) & (statistic < 10.0 * ONE_EDGE)
     shared = np.intersect1d(first.link_row, second.link_row)
-    if np.count_nonzero(near) < FEWEST and len(shared) < FEWEST:
-        return None
-    near = near if np.count_nonzero(near) >= FEWEST else feet.beside
     if np.count_nonzero(near) < FEWEST:
-        return None
+        if len(shared) < FEWEST or not feet.beside.any():
+            return None
+        near = feet.beside
     sense = 1 if np.median(cosine[near]) > 0.0 else -1
     rows_a = _rows_beside(first, back.beside)
     rows_b = _rows_beside(second, near)
@@ -111,7 +110,7 @@ def _near_pairs(strands: list[Strand]) -> set[tuple[int, int]]:
     owner = np.repeat(np.arange(len(strands)), [len(s.location) for s in strands])
     xyz = np.vstack([s.line for s in strands])
     sigma = np.sqrt(np.vstack([np.trace(s.dispersion, axis1=1, axis2=2)[:, None] for s in strands])[:, 0])
-    spacing = np.concatenate([np.full(len(s.location), s.length / len(s.location)) for s in strands])
+    spacing = np.concatenate([np.full(len(s.location), s.spacing) for s in strands])
     reach = REACH * np.minimum(sigma, 4.0 * np.median(sigma)) + spacing
     tree = cKDTree(xyz)
     for begin in range(0, len(xyz), 4096):

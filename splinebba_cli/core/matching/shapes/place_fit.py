@@ -25,6 +25,7 @@ ROBUST = 3.0  # sigma from which a place counts less
 SOLUTIONS = 4
 NEIGHBOURS = 5  # places whose mean distance decides over a knot
 FEWEST = 6  # places in a segment that may be divided
+SHORTEST = 2.0  # segments, in spacings of places
 INSERTIONS = 14
 RIDGE = 1e-9
 
@@ -58,6 +59,13 @@ class Places:
     closed: bool = False
     period: float = 0.0  # length of a closed one
     corners: tuple[float, ...] = ()  # locations at which an open curve is broken
+    spacing: float = 0.0  # metres between neighbouring places of one image
+
+    @property
+    def layers(self) -> int:
+        """How many images' places lie over each other."""
+        extent = self.period or float(np.ptp(self.location))
+        return max(1, round(len(self.location) * self.spacing / extent)) if extent > 0.0 else 1
 
 
 def fit_places(places: Places, tolerance: float) -> PlaceFit:
@@ -106,9 +114,11 @@ def lateral_weights(tangent: FloatArray, dispersion: FloatArray) -> FloatArray:
 
 def normal_frames(tangent: FloatArray) -> FloatArray:
     """Two orthonormal directions across unit tangents, (n, 3, 2)."""
+    still = ~(np.abs(tangent) > 0.0).any(axis=1)
+    tangent = np.where(still[:, None], [1.0, 0.0, 0.0], tangent)
     axis = np.eye(3)[np.argmin(np.abs(tangent), axis=1)]
     first = np.cross(tangent, axis)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    first /= np.maximum(np.linalg.norm(first, axis=1, keepdims=True), 1e-300)
     return np.stack([first, np.cross(tangent, first)], axis=2)
 
 
@@ -124,7 +134,7 @@ def _polyline_tangents(places: Places) -> FloatArray:
     """Directions of the places as they are ordered, (n, 3) unit; over some neighbours, against noise."""
     order = np.argsort(places.location, kind="stable")
     xyz, count = places.xyz[order], len(order)
-    reach = max(1, min(NEIGHBOURS, count // 4))
+    reach = max(1, min(NEIGHBOURS * places.layers, count // 4))
     before, after = np.maximum(np.arange(count) - reach, 0), np.minimum(np.arange(count) + reach, count - 1)
     step = xyz[after] - xyz[before]
     length = np.linalg.norm(step, axis=1, keepdims=True)
@@ -177,7 +187,7 @@ def _feet(
         square = np.maximum(np.sum(first * first, axis=1), 1e-300)
         u = u + np.clip(np.sum(off * first, axis=1) / square, -limit, limit)
         if not basis.closed:
-            u = np.clip(u, basis.break_points[0], basis.break_points[-1])
+            u = np.clip(u, basis.break_points[0] - places.spacing, basis.break_points[-1] + places.spacing)
     first = basis.evaluate(u, coefficients, 1)
     return u, first / np.maximum(np.linalg.norm(first, axis=1, keepdims=True), 1e-300)
 
@@ -189,11 +199,11 @@ def _wanted_knots(places: Places, fit: PlaceFit, tolerance: float) -> FloatArray
     mean = _local_distances(places, fit, order)
     segment, _ = fit.basis.locate(u)
     breaks = fit.basis.break_points
-    shortest = 1e-3 * (breaks[-1] - breaks[0])
+    shortest = max(1e-3 * (breaks[-1] - breaks[0]), SHORTEST * places.spacing)
     new = []
     for k in np.unique(segment[mean > tolerance]):
         own = u[segment == k]
-        if len(own) < FEWEST:
+        if len(own) < FEWEST * places.layers:
             continue
         middle = float(np.median(own))
         if min(middle - breaks[k], breaks[k + 1] - middle) > shortest:
@@ -208,7 +218,7 @@ def _local_distances(places: Places, fit: PlaceFit, order: np.ndarray) -> FloatA
     first = fit.evaluate(u, 1)
     tangent = first / np.maximum(np.linalg.norm(first, axis=1, keepdims=True), 1e-300)
     weight = lateral_weights(tangent, places.dispersion[order])
-    half = min(NEIGHBOURS, len(u)) // 2
+    half = min(NEIGHBOURS * places.layers, len(u)) // 2
     window = np.clip(np.arange(len(u))[:, None] + np.arange(-half, half + 1), 0, len(u) - 1)
     local = np.median(off[window], axis=1)
     return np.sqrt(np.einsum("ni,nij,nj->n", local, weight, local))

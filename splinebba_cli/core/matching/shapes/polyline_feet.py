@@ -44,7 +44,7 @@ def feet_on_polyline(vertices: FloatArray, points: FloatArray, *, closed: bool =
         off = points - begin - t[:, None] * step
         distance = np.linalg.norm(off, axis=1)
         ends = (raw < 0.0) & (segment == 0) | (raw > 1.0) & (segment == count - 1)
-        nearer = distance < best
+        nearer = (distance < best) & ((square > 1e-300) | np.isinf(best))
         best = np.where(nearer, distance, best)
         place = np.where(nearer, segment + t, place)
         offset = np.where(nearer[:, None], off, offset)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,6 +30,7 @@ class Strand:
     link_row, link_location : (q,) unlabelled points, each once, and where they are
     corners : locations at which the strand turns sharply
     period : length of one turn of a closed strand, else 0
+    spacing : metres between neighbouring places of one fragment
     """
 
     xyz: FloatArray
@@ -41,6 +43,7 @@ class Strand:
     link_location: FloatArray
     corners: tuple[float, ...] = ()
     period: float = 0.0
+    spacing: float = 0.0
 
     @property
     def closed(self) -> bool:
@@ -55,7 +58,10 @@ class Strand:
     @property
     def places(self) -> Places:
         """What a spline is fitted to."""
-        return Places(self.location, self.xyz, self.dispersion, self.closed, self.period, self.corners)
+        return Places(
+            self.location, self.xyz, self.dispersion, self.closed, self.period, self.corners,
+            self.spacing,
+        )
 
     def reversed(self) -> Strand:
         """The same in the other sense."""
@@ -75,28 +81,50 @@ def strand_of(fragment: Fragment) -> Strand | None:
     location = along[: len(fragment)]
     if len(fragment) < 2 or location[-1] <= 0.0:
         return None
-    places = Places(location, fragment.xyz, fragment.dispersion, fragment.closed, period)
+    spacing = float(np.median(np.diff(location)))
+    places = Places(location, fragment.xyz, fragment.dispersion, fragment.closed, period, (), spacing)
     fit = fit_places(places, SMOOTH_TOLERANCE)
-    table = np.append(fit.location, fit.location[0] + period) if fragment.closed else fit.location
-    ascending = np.maximum.accumulate(table)
     return on_fit(
         fit,
         Strand(
             fragment.xyz, fragment.xyz, fragment.dispersion, fragment.image_count, fragment.weak, location,
-            fragment.link_row, np.interp(fragment.link_place, np.arange(len(ascending)), ascending), (), period,
+            fragment.link_row, np.interp(fragment.link_place, np.arange(len(along)), along), (), period, spacing,
         ),
     )  # fmt: skip
 
 
 def on_fit(fit: PlaceFit, strand: Strand) -> Strand:
-    """A strand in the order of its foot points on a fit, with the smooth line of the fit."""
+    """A strand in the order of its foot points on a fit, with the smooth line of the fit and its arc length."""
     order = np.argsort(fit.location, kind="stable")
+    line = fit.evaluate(fit.location[order])
+    along = cumulated_length(line, closed=strand.closed)
+    location = along[: len(order)]
+    period = float(along[-1]) if strand.closed else 0.0
+    earlier = np.argsort(strand.location, kind="stable")
+    known, new = strand.location[earlier], np.empty(len(order))
+    new[order] = location
+    carried = _carrier(known, np.maximum.accumulate(new[earlier]))
     return replace(
         strand,
         xyz=strand.xyz[order],
-        line=fit.evaluate(fit.location[order]),
+        line=line,
         dispersion=strand.dispersion[order],
         image_count=strand.image_count[order],
         weak=strand.weak[order],
-        location=fit.location[order],
+        location=location,
+        link_location=carried(strand.link_location),
+        corners=tuple(float(c) for c in carried(np.array(strand.corners))),
+        period=period,
     )
+
+
+def _carrier(before: FloatArray, after: FloatArray) -> Callable[[FloatArray], FloatArray]:
+    """Locations carried from one table of ascending places to another, straight on beyond its ends."""
+    distinct = np.concatenate([[True], np.diff(before) > 0.0])
+    known, new = before[distinct], after[distinct]
+
+    def carried(location: FloatArray) -> FloatArray:
+        beyond = np.minimum(location - known[0], 0.0) + np.maximum(location - known[-1], 0.0)
+        return np.asarray(np.interp(location, known, new) + beyond)
+
+    return carried
