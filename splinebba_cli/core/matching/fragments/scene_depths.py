@@ -1,0 +1,112 @@
+"""Where objects can lie: plausible depths of every image.
+
+From the object points that the image measured and the given curves in its frame, widened by their range.  Where these
+are few: the depths at which rays stay in sight of another image, narrowed to where chains of three images agree.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinebba_cli.core.matching.fragments.consensus import agreed_depths
+from splinebba_cli.core.matching.fragments.frames import Frames
+from splinebba_cli.core.matching.fragments.labelled_points import hypotheses_of
+from splinebba_cli.core.matching.fragments.traced_chains import TracedChains
+from splinebba_cli.core.matching.fragments.views import Views
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, Network
+
+KNOWN = 8  # object points in an image that tell its depths
+MARGIN = 0.03  # of the depth, at least, on either side of known points
+SAMPLES = 64  # chain points that stand for their image
+LEAST_SIGHT = 0.05  # of the samples that another image must see at a depth
+TRIALS = 400  # chain points of an image that are tried over the whole depth
+AGREEING = 20  # of them that must find an agreed depth
+TAIL = 0.05  # of agreed depths that may be chance, at either end
+
+
+@dataclass(frozen=True)
+class SceneDepths:
+    """Least and largest depth in every image, in the unit of :class:`Views`; NaN: the image sees nothing in common."""
+
+    limits: FloatArray  # (m, 2)
+    known: BoolArray  # (m,) from object points, else from the frames
+
+    @property
+    def middle(self) -> FloatArray:
+        """Geometric mean of the limits, (m,)."""
+        return np.asarray(np.sqrt(self.limits[:, 0] * self.limits[:, 1]))
+
+
+def plausible_depths(
+    network: Network, object_xyz: FloatArray, views: Views, chains: TracedChains, frames: Frames
+) -> SceneDepths:
+    """Depths of all images with chains.
+
+    Parameters
+    ----------
+    object_xyz : (n, 3) present coordinates of the network's points, NaN where unknown
+    """
+    limits = np.full((len(views.position), 2), np.nan)
+    known = np.zeros(len(views.position), dtype=bool)
+    curves = [curve.values for curve in network.curves if curve.family not in ("fourier", "conic", "polynomial")]
+    knots = np.vstack([np.zeros((0, 3)), *curves])
+    seen = network.point_observations
+    for k in np.unique(chains.image):
+        own = knots[frames.shows(views, np.full(len(knots), k), knots)]
+        xyz = np.vstack([object_xyz[np.unique(seen.point[seen.image == k])], own])
+        depth = -(xyz - views.position[k]) @ views.rotation[k][:, 2] / views.principal_distance[k]
+        depth = depth[np.isfinite(depth) & (depth > 0.0)]
+        known[k] = len(depth) >= KNOWN
+        if known[k]:
+            least, most = float(depth.min()), float(depth.max())
+            margin = max(most - least, MARGIN * most)
+            limits[k] = max(least - margin, 0.2 * least), most + margin
+        else:
+            limits[k] = _common_depths(views, chains, frames, int(k))
+    return SceneDepths(limits, known)
+
+
+def narrowed(
+    views: Views, chains: TracedChains, scene: SceneDepths, partners: list[IntArray], gate: float
+) -> SceneDepths:
+    """Depths with those that came from the frames narrowed to where chains of three images agree."""
+    limits = scene.limits.copy()
+    for k in np.unique(chains.image):
+        if scene.known[k] or len(partners[k]) < 2:
+            continue
+        points = _spread(np.flatnonzero(chains.image == k), TRIALS)
+        found = hypotheses_of(views, chains, points, partners[k], scene.limits[k])
+        if not len(found):
+            continue
+        agreed = agreed_depths(found, partners[k], scene.limits[k], gate)
+        _, best = np.unique(agreed.point, return_index=True)
+        most = (agreed.member[best] >= 0).sum(axis=1)
+        depth = agreed.depth[best[most >= max(2, int(most.max()) // 2)]]
+        if len(depth) >= AGREEING:
+            low, high = np.quantile(depth, [TAIL, 1.0 - TAIL])
+            margin = max(high - low, MARGIN * high)
+            limits[k] = max(low - margin, limits[k, 0]), min(high + margin, limits[k, 1])
+    return SceneDepths(limits, scene.known)
+
+
+def _common_depths(views: Views, chains: TracedChains, frames: Frames, image: int) -> FloatArray:
+    """Depths at which rays of an image stay in sight of another one, (2,); NaN where there are none."""
+    others = [int(j) for j in np.unique(chains.image) if j != image]
+    base = np.linalg.norm(views.position[others] - views.position[image], axis=1)
+    if not len(base) or base.max() <= 0.0:
+        return np.full(2, np.nan)
+    samples = _spread(np.flatnonzero(chains.image == image), SAMPLES)
+    depth = np.geomspace(0.3 * base[base > 0.0].min(), 30.0 * base.max(), 60) / views.principal_distance[image]
+    xyz = (views.position[image] + depth[:, None, None] * chains.ray[samples]).reshape(-1, 3)
+    seen = np.zeros(len(xyz), dtype=bool)
+    for j in others:
+        seen |= frames.shows(views, np.full(len(xyz), j), xyz)
+    common = depth[seen.reshape(len(depth), -1).mean(axis=1) > LEAST_SIGHT]
+    return np.array([common[0], common[-1]]) if len(common) else np.full(2, np.nan)
+
+
+def _spread(points: IntArray, count: int) -> IntArray:
+    """At most so many of the points, evenly."""
+    return points[np.linspace(0, len(points) - 1, min(count, len(points))).astype(np.int64)]
