@@ -13,6 +13,7 @@ from splinebba_cli.core.matching.matches import BuiltCurve
 from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.core.matching.shapes.corners import corner_points, cut_at_corners
 from splinebba_cli.core.matching.shapes.draft import Draft, curve_of_fit, draft_of
+from splinebba_cli.core.matching.shapes.extent import cut_back, extended
 from splinebba_cli.core.matching.shapes.grouping import groups_of
 from splinebba_cli.core.matching.shapes.joining import joined_strands
 from splinebba_cli.core.matching.shapes.knot_need import with_needed_knots
@@ -68,8 +69,8 @@ def build_curves(
     for width in GATES:
         if not len(draft.curves):
             break
-        draft = with_needed_knots(draft, settings.knot_tolerance)
-        draft = relinked(network, draft, rows, Gate(width, settings.direction_tolerance_rad))
+        draft = extended(with_needed_knots(draft, settings.knot_tolerance))
+        draft = cut_back(relinked(network, draft, rows, Gate(width, settings.direction_tolerance_rad)))
     draft = with_needed_knots(draft, settings.knot_tolerance)
     return _result(network, draft)
 
@@ -83,7 +84,7 @@ def strands_of(network: Network, fragments: Sequence[Fragment]) -> list[Strand]:
     overlaps = overlaps_of(single, points)
     groups = groups_of(len(single), overlaps)
     whole = [merged([single[k] for k in group]) for group in groups]
-    joined = joined_strands(whole, network.unlabelled.chain)
+    joined = joined_strands(whole, network.unlabelled.chain, points.image)
     _log.info("%d fragments: %d edges, %d after joining", len(fragments), len(groups), len(joined))
     return joined
 

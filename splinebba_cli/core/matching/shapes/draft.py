@@ -11,6 +11,7 @@ from splinebba_cli.core.estimation.curve_stage import curves_alone, solve_curves
 from splinebba_cli.core.matching.shapes.place_fit import PlaceFit
 from splinebba_cli.core.network import (
     ArcLengths,
+    BoolArray,
     Curve,
     CurveObservations,
     Distances,
@@ -20,6 +21,7 @@ from splinebba_cli.core.network import (
     PointObservations,
     Points,
     Tangents,
+    select_rows,
 )
 from splinebba_cli.core.observations.curve_points import CurveRows, linearize_curve_points
 from splinebba_cli.core.observations.location_search import search_locations
@@ -64,6 +66,22 @@ class Draft:
             present_curve(self.prepared, k, self.coefficients_of(k)) for k in range(len(self.curves))
         )
 
+    def with_links(self, keep: BoolArray) -> Draft:
+        """The same with some of the links, (n,) kept ones."""
+        if keep.all():
+            return self
+        network = self.prepared.network
+        kept = np.flatnonzero(keep)
+        prepared = prepare(
+            replace(
+                network,
+                curves=self.present_curves(),
+                curve_observations=select_rows(network.curve_observations, kept),
+            )
+        )
+        state = replace(self.state, location=self.state.location[kept], coefficients=initial_coefficients(prepared))
+        return Draft(prepared, state, self.row[kept])
+
     def solved(self) -> Draft:
         """The same with the curves adjusted, orientations held."""
         state = solve_curves(curves_alone(self.prepared), self.state, max_iterations=ITERATIONS)
@@ -106,9 +124,12 @@ def draft_of(
 
 
 def with_curves(draft: Draft, curves: tuple[Curve, ...]) -> Draft:
-    """The same links on curves with other knots."""
-    unknown = np.full(len(draft.row), np.nan)
-    return draft_of(draft.prepared.network, draft.state, curves, draft.row, draft.links.curve, unknown)
+    """The same links on curves with other knots; locations are searched again."""
+    prepared = prepare(replace(draft.prepared.network, curves=curves))
+    begin = replace(
+        draft.state, coefficients=initial_coefficients(prepared), location=np.full(len(draft.row), np.nan)
+    )
+    return Draft(prepared, search_locations(prepared, begin), draft.row)
 
 
 def curve_of_fit(fit: PlaceFit, id: str, corners: tuple[float, ...] = ()) -> Curve:

@@ -28,7 +28,11 @@ SHORT_WITH_CHAIN = 1.0  # gaps that a chain crosses, of the length of both stran
 MEETS = float(chi2.ppf(0.99, 2))
 STRAIGHT_ON = float(np.cos(np.radians(35.0)))
 CORNER = float(np.cos(np.radians(40.0)))  # of directions at a joint: a break
+TURNED_BACK = -0.9  # cosine of directions from which two corners are taken as one
 CLEARLY_BETTER = 3.0  # times the statistic: another end that fits nearly as well leaves the joint open
+SURELY_MEETS = float(chi2.ppf(0.9, 2))
+STRAIGHT = float(np.cos(np.radians(10.0)))
+NEAR_END = 0.25  # of a strand
 LEVER = 5  # places that give the direction of an end
 
 
@@ -71,16 +75,16 @@ class _Ends:
         )
 
 
-def joined_strands(strands: list[Strand], chain: IntArray) -> list[Strand]:
+def joined_strands(strands: list[Strand], chain: IntArray, image: IntArray) -> list[Strand]:
     """Strands of whole edges.
 
     Parameters
     ----------
-    chain : (n,) of all unlabelled points, -1: single
+    chain, image : (n,) of all unlabelled points, -1: single
     """
     if not strands:
         return []
-    links = _links_between(joints_of(strands, chain))
+    links = _links_between(joints_of(strands, chain, image))
     done: set[int] = set()
     found = []
     for k in range(len(strands)):
@@ -91,27 +95,46 @@ def joined_strands(strands: list[Strand], chain: IntArray) -> list[Strand]:
     return found
 
 
-def joints_of(strands: list[Strand], chain: IntArray) -> list[Joint]:
+def joints_of(strands: list[Strand], chain: IntArray, image: IntArray) -> list[Joint]:
     """Ends that belong together, each end once, the surest first."""
     ends = _Ends.of(strands)
-    crossed = _chain_joints(strands, chain)
+    crossing = _chain_joints(strands, chain)
+    seen = [_images_near_end(strand, end, image) for strand in strands for end in (0, 1)]
     joints = []
-    for (a, b), chains in crossed.items():
+    for (a, b), chains in crossing.items():
         gap = float(np.linalg.norm(ends.xyz[a] - ends.xyz[b]))
-        if a != b and gap <= SHORT_WITH_CHAIN * (ends.length[a] + ends.length[b]):
-            joints.append(Joint(divmod(a, 2), divmod(b, 2), chains, _meeting(ends, a, b), gap))
-    joints += [joint for joint in _near_joints(strands, ends) if (joint_key(joint)) not in crossed]
+        if a == b or gap > SHORT_WITH_CHAIN * (ends.length[a] + ends.length[b]):
+            continue
+        if len(chains) >= len((seen[a] & seen[b]) - {int(image[row]) for row in chains.values()}):
+            joints.append(Joint(divmod(a, 2), divmod(b, 2), len(chains), _meeting(ends, a, b), gap))
+    for joint in _near_joints(strands, ends):
+        a, b = key = joint_key(joint)
+        two_ends = len(seen[a] & seen[b]) >= 2
+        if key not in crossing and not (two_ends and _doubtful(ends, joint)):
+            joints.append(joint)
     joints.sort(key=lambda j: (-j.chains, j.statistic, j.first, j.second))
     taken: set[tuple[int, int]] = set()
     kept = []
     for joint in joints:
-        if joint.first in taken or joint.second in taken or strands[joint.first[0]].closed:
+        if joint.first in taken or joint.second in taken:
             continue
-        if strands[joint.second[0]].closed:
-            continue
-        taken.update((joint.first, joint.second))
-        kept.append(joint)
+        if not (strands[joint.first[0]].closed or strands[joint.second[0]].closed):
+            taken.update((joint.first, joint.second))
+            kept.append(joint)
     return kept
+
+
+def _doubtful(ends: _Ends, joint: Joint) -> bool:
+    """Whether a joint is not straight enough for ends at which the chains of two images or more end, too."""
+    a, b = joint_key(joint)
+    return joint.statistic > SURELY_MEETS or -float(ends.outward[a] @ ends.outward[b]) < STRAIGHT
+
+
+def _images_near_end(strand: Strand, end: int, image: IntArray) -> set[int]:
+    """Images with links in the quarter of a strand at its begin (0) or end (1)."""
+    place = _from_begin(strand)
+    near = place < NEAR_END if end == 0 else place > 1.0 - NEAR_END
+    return set(image[strand.link_row[near]].tolist())
 
 
 def joint_key(joint: Joint) -> tuple[int, int]:
@@ -173,22 +196,22 @@ def _meeting(ends: _Ends, a: int, b: int) -> float:
     return float(d @ np.linalg.solve(inner, d))
 
 
-def _chain_joints(strands: list[Strand], chain: IntArray) -> dict[tuple[int, int], int]:
-    """Ends between which chains go on, and how many chains; ends are 2 k (begin) and 2 k + 1."""
+def _chain_joints(strands: list[Strand], chain: IntArray) -> dict[tuple[int, int], dict[int, int]]:
+    """Ends between which chains go on: these chains, and a point of each; ends are 2 k (begin) and 2 k + 1."""
     row = np.concatenate([s.link_row for s in strands])
     owner = np.repeat(np.arange(len(strands)), [len(s.link_row) for s in strands])
     low = np.concatenate([_from_begin(s) for s in strands])
     order = np.lexsort((owner, row))
     row, owner, low = row[order], owner[order], low[order]
-    crossing: dict[tuple[int, int], set[int]] = {}
+    crossing: dict[tuple[int, int], dict[int, int]] = {}
     step = np.flatnonzero((owner[1:] != owner[:-1]) & (chain[row[1:]] == chain[row[:-1]]) & (chain[row[1:]] >= 0))
     for k in step.tolist():
         ends = [2 * int(owner[n]) + int(low[n] > 0.5) for n in (k, k + 1)]
         if max(min(low[n], 1.0 - low[n]) for n in (k, k + 1)) > 0.15:
             continue
         key = (min(ends), max(ends))
-        crossing.setdefault(key, set()).add(int(chain[row[k]]))
-    return {key: len(chains) for key, chains in crossing.items()}
+        crossing.setdefault(key, {})[int(chain[row[k]])] = int(row[k])
+    return crossing
 
 
 def _from_begin(strand: Strand) -> FloatArray:
@@ -259,7 +282,7 @@ def _steps_to_meet(before: Strand, after: Strand) -> tuple[float, float]:
     gap = float(np.linalg.norm(step))
     a, b = ends.outward[1], ends.outward[2]
     cosine = float(a @ b)
-    if -cosine >= CORNER:
+    if -cosine >= CORNER or -cosine <= TURNED_BACK:
         return 0.5 * gap, 0.5 * gap
     sine2 = 1.0 - cosine**2
     s = float(step @ a - cosine * (step @ b)) / sine2 if sine2 > 1e-6 else 0.5 * gap
