@@ -1,0 +1,1 @@
+"""From fragments to tie splines: joining, ordering, knots, splitting, duplicates, weak parts."""

@@ -1,0 +1,115 @@
+"""Fragments -> tie splines: merged, joined, given knots, adjusted with the orientations held, points linked anew."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinebba_cli.core.matching.fragments.fragment import Fragment
+from splinebba_cli.core.matching.matches import BuiltCurve
+from splinebba_cli.core.matching.settings import MatchSettings
+from splinebba_cli.core.matching.shapes.corners import corner_points, cut_at_corners
+from splinebba_cli.core.matching.shapes.draft import Draft, curve_of_fit, draft_of
+from splinebba_cli.core.matching.shapes.extent import cut_back, extended
+from splinebba_cli.core.matching.shapes.grouping import groups_of
+from splinebba_cli.core.matching.shapes.joining import joined_strands
+from splinebba_cli.core.matching.shapes.knot_need import with_needed_knots
+from splinebba_cli.core.matching.shapes.linking import Gate, relinked
+from splinebba_cli.core.matching.shapes.merging import merged
+from splinebba_cli.core.matching.shapes.names import new_ids
+from splinebba_cli.core.matching.shapes.overlaps import ImagePoints, overlaps_of
+from splinebba_cli.core.matching.shapes.place_fit import fit_places
+from splinebba_cli.core.matching.shapes.strand import Strand, strand_of
+from splinebba_cli.core.network import Curve, FloatArray, IntArray, Network
+from splinebba_cli.core.result import Problem
+from splinebba_cli.core.state import State, image_rays
+
+_log = logging.getLogger(__name__)
+
+GATES = (8.0, 5.0, 4.0)  # sigma within which points are linked, round after round
+FIRST_TOLERANCE = 2.0  # sigma of places, before the image points decide over knots
+
+
+@dataclass(frozen=True)
+class NewCurves:
+    """Tie curves made from fragments, and which unlabelled points belong to them."""
+
+    curves: tuple[Curve, ...]
+    curve: IntArray  # (n,) of every unlabelled point: index into `curves`, -1 none
+    location: FloatArray  # (n,) u, NaN where none
+    built: tuple[BuiltCurve, ...]
+    problems: tuple[Problem, ...]
+
+
+def build_curves(
+    network: Network, state: State, fragments: Sequence[Fragment], settings: MatchSettings,
+    rows: IntArray | None = None,
+) -> NewCurves:  # fmt: skip
+    """Tie splines with knots, and the unlabelled points linked to them.
+
+    Parameters
+    ----------
+    network : with unlabelled points
+    state : whose orientations are held
+    fragments : their links are rows of the unlabelled points
+    rows : unlabelled points that may be linked, default all
+
+    Returns
+    -------
+    NewCurves
+        Indices of curves begin at 0: those of the network are not counted.
+    """
+    rows = np.arange(len(network.unlabelled)) if rows is None else rows
+    rows = rows[np.lexsort((rows, network.unlabelled.chain[rows]))]
+    strands = strands_of(network, fragments)
+    draft = _first_draft(network, state, strands)
+    for width in GATES:
+        if not len(draft.curves):
+            break
+        draft = extended(with_needed_knots(draft, settings.knot_tolerance))
+        draft = cut_back(relinked(network, draft, rows, Gate(width, settings.direction_tolerance_rad)))
+    draft = with_needed_knots(draft, settings.knot_tolerance)
+    return _result(network, draft)
+
+
+def strands_of(network: Network, fragments: Sequence[Fragment]) -> list[Strand]:
+    """Whole edges from fragments: those of one edge merged, then joined across gaps."""
+    points = _image_points(network)
+    corner = corner_points(points, network.unlabelled.chain)
+    parts = [part for f in fragments for part in cut_at_corners(f, corner, points.image)]
+    single = [s for part in parts if (s := strand_of(part)) is not None]
+    overlaps = overlaps_of(single, points)
+    groups = groups_of(len(single), overlaps)
+    whole = [merged([single[k] for k in group]) for group in groups]
+    joined = joined_strands(whole, network.unlabelled.chain, points.image)
+    _log.info("%d fragments: %d edges, %d after joining", len(fragments), len(groups), len(joined))
+    return joined
+
+
+def _image_points(network: Network) -> ImagePoints:
+    points = network.unlabelled
+    rays = image_rays(network, points.image, points.photo_xy, points.sigma)
+    return ImagePoints(points.image, rays.xy, points.sigma.max(axis=1))
+
+
+def _first_draft(network: Network, state: State, strands: list[Strand]) -> Draft:
+    ids = new_ids(len(strands), (curve.id for curve in network.curves))
+    fits = [fit_places(strand.places, FIRST_TOLERANCE) for strand in strands]
+    curves = tuple(
+        curve_of_fit(fit, id, strand.corners) for fit, id, strand in zip(fits, ids, strands, strict=True)
+    )
+    none = np.zeros(0, dtype=np.int64)
+    row = np.concatenate([none, *(s.link_row for s in strands)])
+    curve = np.repeat(np.arange(len(strands)), [len(s.link_row) for s in strands])
+    kept = np.unique(row, return_index=True)[1]
+    return draft_of(network, state, curves, row[kept], curve[kept], np.full(len(kept), np.nan))
+
+
+def _result(network: Network, draft: Draft) -> NewCurves:
+    count = len(network.unlabelled)
+    curve, location = np.full(count, -1), np.full(count, np.nan)
+    curve[draft.row], location[draft.row] = draft.links.curve, draft.state.location
+    return NewCurves(draft.present_curves(), curve, location, (), ())

@@ -1,0 +1,142 @@
+"""New curves with the unlabelled points linked to them, as a network of their own: orientations are held."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from splinebba_cli.core.approximation.knot_spacing import present_curve
+from splinebba_cli.core.estimation.curve_stage import curves_alone, solve_curves
+from splinebba_cli.core.matching.shapes.place_fit import PlaceFit
+from splinebba_cli.core.network import (
+    ArcLengths,
+    BoolArray,
+    Curve,
+    CurveObservations,
+    Distances,
+    FloatArray,
+    IntArray,
+    Network,
+    PointObservations,
+    Points,
+    Tangents,
+    select_rows,
+)
+from splinebba_cli.core.observations.curve_points import CurveRows, linearize_curve_points
+from splinebba_cli.core.observations.location_search import search_locations
+from splinebba_cli.core.observations.locations import held_locations
+from splinebba_cli.core.state import Prepared, State, initial_coefficients, prepare
+
+ITERATIONS = 20
+
+
+@dataclass(frozen=True)
+class Draft:
+    """Curves and links at present; link k is curve observation k of the network of new curves."""
+
+    prepared: Prepared
+    state: State
+    row: IntArray  # (n,) unlabelled point of every link
+
+    @property
+    def curves(self) -> tuple[Curve, ...]:
+        """The new curves."""
+        return self.prepared.network.curves
+
+    @property
+    def links(self) -> CurveObservations:
+        """The linked points as curve observations."""
+        return self.prepared.network.curve_observations
+
+    def equations(self) -> CurveRows:
+        """Equations across the curves; row k belongs to link k for the first n rows."""
+        return linearize_curve_points(
+            self.prepared, self.state, held_locations(self.prepared, self.state.location)
+        )
+
+    def coefficients_of(self, curve: int) -> FloatArray:
+        """Present coefficients of one curve, (m, 3)."""
+        start = self.prepared.curves.coefficient_start
+        return self.state.coefficients[int(start[curve]) : int(start[curve + 1])]
+
+    def present_curves(self) -> tuple[Curve, ...]:
+        """The new curves with their present knots."""
+        return tuple(
+            present_curve(self.prepared, k, self.coefficients_of(k)) for k in range(len(self.curves))
+        )
+
+    def with_links(self, keep: BoolArray) -> Draft:
+        """The same with some of the links, (n,) kept ones."""
+        if keep.all():
+            return self
+        network = self.prepared.network
+        kept = np.flatnonzero(keep)
+        prepared = prepare(
+            replace(
+                network,
+                curves=self.present_curves(),
+                curve_observations=select_rows(network.curve_observations, kept),
+            )
+        )
+        state = replace(self.state, location=self.state.location[kept], coefficients=initial_coefficients(prepared))
+        return Draft(prepared, state, self.row[kept])
+
+    def solved(self) -> Draft:
+        """The same with the curves adjusted, orientations held."""
+        state = solve_curves(curves_alone(self.prepared), self.state, max_iterations=ITERATIONS)
+        return replace(self, state=state)
+
+
+def draft_of(
+    network: Network, state: State, curves: tuple[Curve, ...], row: IntArray, curve: IntArray, location: FloatArray
+) -> Draft:  # fmt: skip
+    """A draft at given orientations.
+
+    Parameters
+    ----------
+    network : with the unlabelled points
+    state : whose orientations are held
+    curves : new ones
+    row, curve, location : (n,) links; NaN where a location is unknown
+    """
+    points = network.unlabelled
+    order = np.lexsort((row, curve))
+    row, curve, location = row[order], curve[order], location[order]
+    links = CurveObservations(
+        points.image[row], curve, points.photo_xy[row], points.sigma[row], location, np.full(len(row), -1)
+    )
+    whole, three = np.zeros(0, dtype=np.int64), np.zeros((0, 3))
+    prepared = prepare(
+        replace(
+            network,
+            curves=curves,
+            curve_observations=links,
+            points=Points((), (), three, three, three),
+            point_observations=PointObservations(whole, whole, np.zeros((0, 2)), np.zeros((0, 2))),
+            arc_lengths=ArcLengths.none(),
+            tangents=Tangents.none(),
+            distances=Distances.none(),
+        )
+    )
+    begin = State(state.rotation, state.position, initial_coefficients(prepared), three, links.location)
+    return Draft(prepared, search_locations(prepared, begin), row)
+
+
+def with_curves(draft: Draft, curves: tuple[Curve, ...]) -> Draft:
+    """The same links on curves with other knots; locations are searched again."""
+    prepared = prepare(replace(draft.prepared.network, curves=curves))
+    begin = replace(
+        draft.state, coefficients=initial_coefficients(prepared), location=np.full(len(draft.row), np.nan)
+    )
+    return Draft(prepared, search_locations(prepared, begin), draft.row)
+
+
+def curve_of_fit(fit: PlaceFit, id: str, corners: tuple[float, ...] = ()) -> Curve:
+    """A fitted spline as a tie curve whose knots are free."""
+    knots, parameters = fit.knots, fit.basis.break_points.copy()
+    breaks = () if fit.basis.closed else tuple(int(k) for k in np.searchsorted(parameters, corners))
+    return Curve(
+        id, "tie", "natural_cubic", knots, np.full(knots.shape, np.inf),
+        closed=fit.basis.closed, knot_parameters=parameters, breaks=breaks,
+    )  # fmt: skip
