@@ -1,6 +1,6 @@
 """Exterior orientation from two points with tangents: all solutions, many pairs at once.
 
-Two rays d_i with depths l_i > 0 see two points X_i at the distance L.  In the plane of the rays, with e1 along d_2 - d_1
+Two rays d_i with depths l_i > 0 see two points X_i at the distance L.  In the plane of the rays, e1 along d_2 - d_1
 and e2 along d_1 + d_2, the photo sees the chord X_2 - X_1 in the direction
 
     e(theta) = cos(theta) e1 + sin(theta) e2,    l_2 + l_1 = L cos(theta) / cos(w),    l_2 - l_1 = L sin(theta) / sin(w)
@@ -13,7 +13,7 @@ its ray and of the measured direction, whose normal is m_i = (p, q, r) in the fr
     h = p cos(theta) + q sin(theta),    g = q cos(theta) - p sin(theta)
 
 Both equations are linear in cos psi and sin psi; their elimination leaves a trigonometric polynomial of degree four in
-theta, hence at most eight solutions.  Its real roots inside (-w, w) are polished, with psi, by Newton steps on (f_1, f_2).
+theta, hence at most eight solutions.  Its real roots inside (-w, w), with psi, are polished by Newton steps on f_1, f_2.
 
 References
 ----------

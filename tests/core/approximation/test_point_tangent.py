@@ -1,4 +1,4 @@
-"""Orientation from two points with tangents: the truth among all solutions, the degenerate cases, noise, real geometry."""
+"""Orientation from two points with tangents: the truth among all solutions, degenerate cases, noise, real geometry."""
 
 from __future__ import annotations
 
