@@ -121,7 +121,8 @@ def check_features_seen(
     `seen` counts the images with measurements that take part, `measured` those with any.
     """
     usable = np.ones(len(ids), dtype=bool)
-    unlabelled = kind == "spline" and bool(building.model.observations.chains)
+    model = building.model
+    unlabelled = kind == "spline" and bool(model.observations.chains or "matching" in model.model_fields_set)
     for number in np.flatnonzero(seen < 2).tolist():
         role, count = roles[number], int(seen[number])
         name = f"{role} {kind} `{ids[number]}`"
@@ -135,7 +136,7 @@ def check_features_seen(
         elif unlabelled and (role in ("tie", "check") or count == 0):
             usable[number] = False
             code, message = ("SBB310" if count == 0 else "SBB304"), f"{name} is measured {where}"
-            help = "it is left out: `splinebba match` may find it in the chains"
+            help = "it is left out: `splinebba match` has not found it, or has not run yet"
             building.collector.warning(code, message, places[number], help, kind=f"{role} {kind}s {where}")
         elif role == "tie" or (role == "partial" and count == 0):
             help = "measure it in a second image, or remove it"
