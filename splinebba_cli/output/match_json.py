@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from splinebba_cli.core.evidence import Criterion, CriterionStatus
 from splinebba_cli.core.matching.matches import BuiltCurve, MatchResult
 from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.core.network import FloatArray
+from splinebba_cli.errors import OutputError
+from splinebba_cli.output.checks_json import acceptance_to_list
+from splinebba_cli.output.damaged_results import no_constant
 from splinebba_cli.output.json_text import finite
 from splinebba_cli.output.match_counts import BINS, CLEAR, MatchCounts
+from splinebba_cli.project.file_content import NoContentError, file_content
 from splinebba_cli.project.matched import images_kept
 from splinebba_cli.project.matched_tables import reason_word
 from splinebba_cli.project.network_tables import orientations
@@ -68,11 +75,18 @@ def _settings(settings: MatchSettings) -> dict[str, Any]:
 
 
 def _acceptance(share: float, smallest: float | None) -> list[dict[str, Any]]:
-    """The criterion of the project, if it has one."""
+    """The criterion of the project, if it has one, as result.json has them."""
     if smallest is None:
         return []
-    status = "passed" if share >= smallest else "failed"
-    return [{"criterion": "min_matched_share", "limit": smallest, "value": share, "status": status}]
+    passed = share >= smallest
+    message = (
+        f"{100 * share:.1f} % of the image points were matched, at least {100 * smallest:g} % are asked for"
+    )
+    status: CriterionStatus = "passed" if passed else "failed"
+    criterion = Criterion(
+        "min_matched_share", "share of matched image points", share, smallest, "", status, message
+    )
+    return acceptance_to_list((criterion,))
 
 
 def _counts(counts: MatchCounts) -> dict[str, Any]:
@@ -191,3 +205,23 @@ def _built(each: BuiltCurve, result: MatchResult) -> dict[str, Any]:
         "length_in_three_images_m": each.length_in_three_images_m,
         "weak_parts": [asdict(part) for part in each.weak_parts],
     }
+
+
+def load_match_json(folder: Path) -> dict[str, Any]:
+    """Read the match.json of a folder that `match` wrote.
+
+    Raises
+    ------
+    OutputError
+        SBB602 if there is none, or it is not of format ``splinebba-match/1``.
+    """
+    file = folder / MATCH_FILE
+    try:
+        content = json.loads(file_content(file).decode("utf-8"), parse_constant=no_constant)
+    except (NoContentError, ValueError, RecursionError) as error:
+        raise OutputError(
+            "SBB602", f"{folder} holds no readable {MATCH_FILE}", "run `splinebba match`"
+        ) from error
+    if not isinstance(content, dict) or content.get("format") != MATCH_FORMAT:
+        raise OutputError("SBB602", f"{file} is not of format {MATCH_FORMAT}", "run `splinebba match` again")
+    return content

@@ -87,3 +87,11 @@ def load_project(path: Path | str, purpose: Purpose = "adjustment") -> LoadedPro
         raise ProjectError(collector.finished())
     hashes = {path.name: hashlib.sha256(path.read_bytes()).hexdigest(), **dict(sorted(reader.hashes.items()))}
     return LoadedProject(path, model, network, collector.finished(), hashes)
+
+
+def has_chains(path: Path) -> bool:
+    """Whether a project file declares chains; False where it is invalid, which whoever loads it is told."""
+    collector = Collector()
+    source = read_yaml(path, collector)
+    model, _ = (None, False) if source is None else validate(source, collector)
+    return model is not None and bool(model.observations.chains)

@@ -13,6 +13,7 @@ from splinebba_cli.report.svg_text import Tips
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_DECADE = 10.0  # beyond which ratio of the gates their axis is logarithmic
 _MARGINS = (0.08, 0.17, 0.985, 0.88, 0.26)
 
 
@@ -29,10 +30,12 @@ def gate_history(content: dict[str, Any]) -> str:
     def draw(figure: Figure) -> None:
         left, right = figure.subplots(1, 2)
         left.plot(rounds, np.where(gate > 0.0, gate, np.nan), "o-", color=STATION, markersize=3)
-        if (gate > 0.0).any():
+        if np.nanmax(gate) > _DECADE * np.nanmin(gate[gate > 0.0], initial=np.inf):
             left.set_yscale("log")
             left.yaxis.set_major_formatter("{x:g}")
             left.yaxis.set_minor_formatter("")
+        else:
+            left.set_ylim(bottom=0.0)
         left.set_title("Half width of the gate [px]")
         right.plot(rounds, matched, "o-", color=ROLE_COLOURS["tie"], markersize=3)
         right.set_ylim(bottom=0.0)

@@ -22,6 +22,7 @@ _MARKS = (
     ("d-new", "━", "on a new spline"),
     ("d-unmatched", "━", "unmatched"),
     ("d-projected", "╌", "projected spline"),
+    ("d-weak", "╍", "weak part of a new spline"),
 )
 _LEGEND = "".join(f'<span><i class="{kind}">{mark}</i> {text}</span>' for kind, mark, text in _MARKS)
 
@@ -60,7 +61,7 @@ class _Panels:
 
     def __init__(self, result: MatchResult) -> None:
         self._result, self._points = result, result.given.unlabelled
-        self._curves = ProjectedCurves.of(result.network)
+        self._curves = ProjectedCurves.of(result.network, result.built)
         self._names = [curve.id for curve in result.network.curves]
         built = np.zeros(len(self._names) + 1, dtype=bool)
         built[[each.curve for each in result.built]] = True

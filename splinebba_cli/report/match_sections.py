@@ -22,7 +22,7 @@ from splinebba_cli.report.match_panels import SHOWN, drawn_images
 from splinebba_cli.report.new_spline_section import new_splines_section
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.run_sections import provenance_section
-from splinebba_cli.report.scale import angle_scale, length_scale, plural
+from splinebba_cli.report.scale import length_scale, plural
 from splinebba_cli.report.sections import problems_section
 
 REASONS = {
@@ -98,6 +98,8 @@ def match_verdict(content: dict[str, Any]) -> Verdict:
         f"{counts['matched']} of {plural(counts['points'], 'image point')} ({percent(counts['share'])}) lie on "
         f"splines; {left} stay without a label."
     )
+    if counts["labelled_before"]:
+        detail += f" {counts['labelled_before']} had a label before."
     failed = [each for each in content["acceptance"] if each["status"] != "passed"]
     if failed:
         limit = percent(failed[0]["limit"])
@@ -159,10 +161,7 @@ def unmatched_section(content: dict[str, Any]) -> Section:
 def images_section(content: dict[str, Any]) -> Section:
     """Figures of every image, and drawings of those with the smallest share."""
     images = content["images"]
-    position, angle = (
-        length_scale([image["moved_m"] for image in images]),
-        angle_scale([image["turned_deg"] for image in images]),
-    )
+    position = length_scale([image["moved_m"] for image in images])
     columns = (
         Column("Image", numeric=False),
         Column("Points"),
@@ -170,7 +169,7 @@ def images_section(content: dict[str, Any]) -> Section:
         Column("Share", "%", 1),
         Column("Orientation", numeric=False),
         Column("Moved", position.unit, position.decimals, help="from the given perspective centre"),
-        Column("Turned", angle.unit, angle.decimals, help="from the given angles"),
+        Column("Turned", "°", 4, help="from the given angles"),
         Column("Most frequent reason", numeric=False),
     )
     rows = tuple(
@@ -181,7 +180,7 @@ def images_section(content: dict[str, Any]) -> Section:
             None if image["share"] is None else 100.0 * image["share"],
             _orientation(image),
             position.of(image["moved_m"]),
-            angle.of(image["turned_deg"]),
+            image["turned_deg"],
             max(image["reasons"], key=image["reasons"].get) if image["reasons"] else "",
         )
         for image in images
