@@ -61,10 +61,10 @@ def check_chains(building: Building, chains: ChainRows, measured: bool) -> bool:
         help = "its chains have no labels yet: run `splinebba match` first" if chains.groups else ""
         building.collector.error("SBB303", "the project has no observations", place, help)
         return False
-    if chains.points and building.purpose == "adjustment":
+    if chains.points and building.purpose == "adjustment" and not building.collector.has_errors:
         number = sum(len(group.chain_ids) for group in chains.groups)
-        which = f"in {number} chains " if number else ""
-        message = f"{chains.points} image points {which}have no label and take no part"
+        which = f" (in {number} chains)" if number > 1 else ""
+        message = f"points without a label take no part: {chains.points}{which}"
         place = building.source.place(("observations", "chains"), key=True)
         building.collector.add("info", "SBB329", message, place, "`splinebba match` labels them")
     return True

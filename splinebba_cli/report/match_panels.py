@@ -81,12 +81,10 @@ class _Panels:
         middle = np.array([0.5 * _WIDTH, _EDGE + 0.5 * height])
         flip = scale * np.array([1.0, -1.0])
         parts = [_frame(camera, half, scale, height)]
-        parts += [
-            titled(
-                "path", f'class="projected" d="{_line(middle + flip * xy)}"', f"spline {self._names[curve]}"
-            )
-            for curve, xy in self._curves.lines(image, half)
-        ]
+        for curve, weak, xy in self._curves.lines(image, half):
+            kind, says = ("weak", ": weak part") if weak else ("projected", "")
+            line = f'class="{kind}" d="{_line(middle + flip * xy)}"'
+            parts.append(titled("path", line, f"spline {self._names[curve]}{says}"))
         parts += self._chains(rows, middle + flip * self._points.photo_xy[rows])
         name, view = f"chains-{image}", f"0 0 {number(_WIDTH)} {number(height + 2 * _EDGE)}"
         title = (
