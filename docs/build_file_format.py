@@ -15,10 +15,10 @@ INTRODUCTION = Path(__file__).with_name("file-format.intro.md")
 ORDER = (
     "ProjectInfo", "Camera", "Distortion", "Affinity", "Image", "Orientation", "PriorOrientation",
     "OrientationSigma", "ImageTable", "Spline", "Held", "NumberTable", "SplineTable", "Point", "PointTable",
-    "Observations", "SplineGroup", "PointGroup", "ArcLengthGroup", "TangentGroup", "DistanceGroup",
+    "Observations", "SplineGroup", "PointGroup", "ChainGroup", "ArcLengthGroup", "TangentGroup", "DistanceGroup",
     "Adjustment", "DatumFeatures", "Knots",
     "LocalTests",
-    "Outliers", "Acceptance", "Simulation",
+    "Outliers", "Matching", "Acceptance", "Simulation",
 )  # fmt: skip
 
 Schema = dict[str, Any]

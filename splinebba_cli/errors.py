@@ -69,6 +69,9 @@ ERROR_CODES: dict[str, str] = {
     "SBB324": "line that returns to its first point",
     "SBB325": "measurements do not fit to the principal distance",
     "SBB326": "angle beyond two full turns",
+    "SBB327": "no chains to match",
+    "SBB328": "chain in several parts",
+    "SBB329": "image points without a label",
     # 4xx: tables
     "SBB401": "table not found or unreadable",
     "SBB402": "missing or unknown column",
@@ -122,6 +125,7 @@ ERROR_CODES: dict[str, str] = {
     "SBB543": "no solution without the outliers",
     "SBB544": "observations excluded by the user",
     "SBB570": "not enough memory for the normal equations",
+    "SBB599": "nothing was matched",
     # 6xx: output
     "SBB601": "results cannot be written",
     "SBB602": "not a result folder",

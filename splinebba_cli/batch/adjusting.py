@@ -13,6 +13,8 @@ from splinebba_cli.batch.plan import Task
 from splinebba_cli.core.result import Problem
 from splinebba_cli.errors import NotSolvableError, OutputError, ProjectError, SplinebbaError
 from splinebba_cli.jobs.adjust_job import run_adjustment
+from splinebba_cli.jobs.match_job import MatchOutcome
+from splinebba_cli.jobs.matched_adjust_job import run_matched_adjustment
 from splinebba_cli.project.annotations import problem_diagnostics
 from splinebba_cli.project.diagnostics import Diagnostic
 
@@ -24,16 +26,44 @@ def adjust_task(task: Task) -> Outcome:
     """
     begin = time.perf_counter()
     warnings: list[Diagnostic] = []
-    options = replace(task.options, output=task.result_folder)
     try:
-        done = run_adjustment(task.project_file, options, warned=warnings.extend)
-        outcome = outcome_of_result(task, done.content, warnings)
+        outcome = _run(task, warnings)
     except SplinebbaError as error:
         problems = as_shown(task, [*warnings, *_diagnostics(task, error)])
         outcome = Outcome(str(task.project), _verdict(error), problems=problems)
     except MemoryError:
         outcome = outcome_of_loss(task, Verdict.killed, "the memory was not enough")
     return replace(outcome, seconds=round(time.perf_counter() - begin, 3))
+
+
+def _run(task: Task, warnings: list[Diagnostic]) -> Outcome:
+    """Adjust, after matching where that is asked for; `warnings` gets those of the project."""
+    if not task.options.match:
+        options = replace(task.options, output=task.result_folder)
+        done = run_adjustment(task.project_file, options, warned=warnings.extend)
+        return outcome_of_result(task, done.content, warnings)
+    found = run_matched_adjustment(
+        task.project_file, task.options, results=task.result_folder, warned=warnings.extend
+    )
+    if isinstance(found, MatchOutcome):
+        return outcome_of_matching(task, found.content, warnings)
+    return outcome_of_result(task, found.content, warnings)
+
+
+def outcome_of_matching(task: Task, content: dict[str, Any], warnings: Sequence[Diagnostic] = ()) -> Outcome:
+    """The outcome of a project of which too little was matched to be adjusted; content of match.json."""
+    failed = [Problem("SBB510", "error", each["message"], "matching") for each in content["acceptance"]]
+    found = problem_diagnostics(
+        task.project_file, [*failed, *(Problem(**one) for one in content["problems"])]
+    )
+    return Outcome(
+        str(task.project),
+        Verdict.not_accepted,
+        name=content["provenance"]["project"]["name"],
+        results=str(task.matched),
+        acceptance=content["acceptance"],
+        problems=as_shown(task, [*warnings, *found]),
+    )
 
 
 def outcome_of_result(task: Task, content: dict[str, Any], warnings: Sequence[Diagnostic] = ()) -> Outcome:

@@ -10,6 +10,7 @@ from typing import Any
 
 from splinebba_cli.batch.targets import TargetError
 from splinebba_cli.jobs.adjust_job import AdjustOptions, default_output
+from splinebba_cli.jobs.matched_adjust_job import match_folder
 from splinebba_cli.project.diagnostics import Diagnostic
 
 
@@ -41,6 +42,16 @@ class Task:
     def result_folder(self) -> Path:
         """The result folder, absolute."""
         return self.folder / self.results
+
+    @property
+    def matched(self) -> Path:
+        """The folder of the matching as the user sees it, beside the results."""
+        return match_folder(self.results)
+
+    @property
+    def matched_folder(self) -> Path:
+        """The folder of the matching, absolute."""
+        return self.folder / self.matched
 
     def data(self) -> dict[str, Any]:
         """JSON types only."""

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from splinebba_cli.errors import ProjectError
+from splinebba_cli.output.match_folder import is_match_folder
 from splinebba_cli.output.result_folder import is_result_folder
 from splinebba_cli.project.diagnostics import Diagnostic
 from splinebba_cli.project.file_content import PROJECT_FILE
@@ -28,8 +29,8 @@ def find_projects(targets: Sequence[str]) -> list[Path]:
     ----------
     targets : sequence of str
         A project file; a folder that holds ``project.yaml``; a pattern with ``*``, ``?``, ``[…]`` or ``**``, whose
-        matches are taken in alphabetical order where they are project files or folders with one.  Result folders
-        are left out.
+        matches are taken in alphabetical order where they are project files or folders with one.  Folders that
+        `adjust` or `match` wrote are left out.
 
     Returns
     -------
@@ -70,8 +71,13 @@ def _matches(pattern: str) -> Iterable[Path]:
     for match in sorted(glob.glob(pattern, recursive=True)):
         path = Path(match)
         file = path / PROJECT_FILE if path.is_dir() else path
-        if file.suffix.lower() in _SUFFIXES and file.is_file() and not is_result_folder(file.parent):
+        if file.suffix.lower() in _SUFFIXES and file.is_file() and not _is_derived(file.parent):
             yield file
+
+
+def _is_derived(folder: Path) -> bool:
+    """Whether the projects in a folder were written by `adjust` or `match`."""
+    return is_result_folder(folder) or is_match_folder(folder)
 
 
 def _about_patterns(pattern: str) -> str:

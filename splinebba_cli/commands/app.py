@@ -10,7 +10,19 @@ import typer
 from typer.core import TyperGroup
 
 from splinebba_cli import __version__
-from splinebba_cli.commands import adjust, batch, check, compare, explain, fit, init, report, schema, simulate
+from splinebba_cli.commands import (
+    adjust,
+    batch,
+    check,
+    compare,
+    explain,
+    fit,
+    init,
+    match,
+    report,
+    schema,
+    simulate,
+)
 from splinebba_cli.commands.lost_results import flush_results, is_lost, print_lost_results
 from splinebba_cli.commands.usage_errors import belongs_to_typer, print_usage_error, wants_json
 from splinebba_cli.errors import ExitCode
@@ -134,6 +146,11 @@ _add(
     "check", check.check, "Validate a project and count, without adjusting it.",
     "project.yaml",
     "project.yaml --format github",
+)  # fmt: skip
+_add(
+    "match", match.match, "Find the splines of unlabelled chains.",
+    "project.yaml",
+    "project.yaml --new-curves -o labelled -v",
 )  # fmt: skip
 _add(
     "adjust", adjust.adjust, "Adjust a project and write its results.",

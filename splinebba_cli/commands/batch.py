@@ -37,6 +37,7 @@ def batch(
     tables: TablesOption = TableChoice.csv,
     outliers: OutliersOption = None,
     html: HtmlOption = True,
+    match: option.MatchOption = False,
     format: CheckFormatOption = CheckFormat.text,
     quiet: QuietOption = False,
     verbose: VerboseOption = 0,
@@ -50,7 +51,7 @@ def batch(
         from splinebba_cli.jobs.adjust_job import AdjustOptions
 
         options = AdjustOptions(
-            output, dispersion.value, tables.value, None if outliers is None else outliers.value, html
+            output, dispersion.value, tables.value, None if outliers is None else outliers.value, html, match
         )
         begin = time.perf_counter()
         tasks = plan(find_projects(targets), options)

@@ -40,6 +40,13 @@ SchedulerOption = Annotated[
         help="Scheduler of dask.distributed (tcp://host:8786) whose workers adjust.",
     ),
 ]
+MatchOption = Annotated[
+    bool,
+    typer.Option(
+        "--match",
+        help="Match the chains of projects that have some first; their labelled projects are adjusted.",
+    ),
+]
 TimeoutOption = Annotated[
     float | None,
     typer.Option(

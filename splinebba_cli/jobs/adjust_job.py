@@ -39,6 +39,8 @@ class AdjustOptions:
         What is done with gross errors; by default as the project says.
     html : bool
         Whether ``report.html`` is written besides ``report.txt``.
+    match : bool
+        Whether chains of the project are matched first (:mod:`.matched_adjust_job`).
     """
 
     output: Path | None = None
@@ -46,6 +48,7 @@ class AdjustOptions:
     tables: TableFormat = "csv"
     outliers: OutlierMethod | None = None
     html: bool = True
+    match: bool = False
 
     def told(self) -> dict[str, Any]:
         """What the results depend on besides the project and its files: part of their provenance."""
@@ -54,6 +57,7 @@ class AdjustOptions:
             "tables": self.tables,
             "outliers": self.outliers,
             "html": self.html,
+            **({"match": True} if self.match else {}),
         }
 
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import re
-import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,13 +14,13 @@ from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.output.atomic import ReservedDirectory, reserve_directory
 from splinebba_cli.output.columns import Table, TableFormat, write_table
 from splinebba_cli.output.dispersion_file import dispersion_arrays, write_dispersion
+from splinebba_cli.output.folder_files import begins_with_format, keep_foreign_files, write_inside
 from splinebba_cli.output.provenance import LoadedProject, provenance
 from splinebba_cli.output.result_json import RESULT_FORMAT, result_json_text, result_to_dict
 from splinebba_cli.output.tables import all_tables
 
 DispersionChoice = Literal["full", "blocks", "none"]
 
-_HEAD = 200  # characters in which the format of result.json stands
 _OWN_FILES = frozenset({"result.json", "report.html", "report.txt", "dispersion.npz", "adjusted.yaml"})
 _OWN_TABLES = frozenset(
     {
@@ -43,6 +40,7 @@ _OWN_TABLES = frozenset(
         "rejections",
     }
 )
+_OWN_TABLE_FILES = frozenset(f"{name}.{suffix}" for name in _OWN_TABLES for suffix in ("csv", "parquet"))
 
 
 @dataclass(frozen=True)
@@ -115,59 +113,24 @@ def write_result_folder(
         origin = provenance(loaded, timings if timings is not None else result.timings, options)
         arrays = {} if dispersion == "none" else dispersion_arrays(result, full=dispersion == "full")
         written = Written(result_to_dict(result, origin), all_tables(result), arrays)
-        _write(folder / "result.json", result_json_text(written.content))
+        write_inside(folder, "result.json", result_json_text(written.content))
         for table in written.tables:
             write_table(folder, table, tables)
         for name, text in adjusted_files.items():
-            _write(_inside(folder, name), text)
+            write_inside(folder, name, text)
         if arrays:
             write_dispersion(folder / "dispersion.npz", arrays)
         if reports is not None:
             reports(folder, written)
-        _keep_foreign_files(place.final, folder, set(adjusted_files))
+        keep_foreign_files(place.final, folder, _is_own)
     return written
 
 
 def is_result_folder(folder: Path) -> bool:
     """Whether a folder holds results of this program: a result.json that begins as ours."""
-    try:
-        with (folder / "result.json").open(encoding="utf-8") as stream:
-            head = stream.read(_HEAD)
-    except (OSError, UnicodeDecodeError):
-        return False
-    return re.match(rf'\{{\s*"format":\s*"{re.escape(RESULT_FORMAT)}"', head) is not None
+    return begins_with_format(folder / "result.json", RESULT_FORMAT)
 
 
-def _inside(folder: Path, name: str) -> Path:
-    path = (folder / name).resolve()
-    if not path.is_relative_to(folder.resolve()):
-        raise ValueError(f"{name!r} is outside of the result folder")
-    return path
-
-
-def _write(path: Path, text: str) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text, encoding="utf-8", newline="\n")
-
-
-def _keep_foreign_files(old: Path, new: Path, written: set[str]) -> None:
-    """Take over what people have put into the old folder: notes, plots."""
-    if not old.is_dir():
-        return
-    own_tables = {f"{name}.{suffix}" for name in _OWN_TABLES for suffix in ("csv", "parquet")}
-    own = _OWN_FILES | own_tables | {name.split("/")[0] for name in written}
-    for entry in old.iterdir():
-        if entry.name in own or entry.name.startswith("adjusted"):
-            continue
-        if entry.is_dir() and not entry.is_symlink():
-            shutil.copytree(entry, new / entry.name, symlinks=True, copy_function=_link_or_copy)
-        else:
-            _link_or_copy(str(entry), str(new / entry.name))
-
-
-def _link_or_copy(source: str, target: str) -> str:
-    try:
-        os.link(source, target, follow_symlinks=False)
-    except OSError:
-        shutil.copy2(source, target, follow_symlinks=False)
-    return target
+def _is_own(name: str) -> bool:
+    """Whether a file of a result folder is the program's own."""
+    return name in _OWN_FILES or name in _OWN_TABLE_FILES or name.startswith("adjusted")

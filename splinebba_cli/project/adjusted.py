@@ -21,10 +21,16 @@ from splinebba_cli.core.quality.curve_columns import CurveColumns
 from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.core.revision.group_weights import with_given_sigma
 from splinebba_cli.project.build_curves import position_rows
+from splinebba_cli.project.derived_project import (
+    folders_of_tables,
+    present_features,
+    project_info,
+    sections_as_written,
+)
 from splinebba_cli.project.loading import LoadedProject
 from splinebba_cli.project.network_tables import images_table, points_table
 from splinebba_cli.project.observation_marks import marked_tables
-from splinebba_cli.project.table_folders import folders_seen_from
+from splinebba_cli.project.table_folders import seen_from
 from splinebba_cli.project.writer import spline_entries
 from splinebba_cli.project.yaml_writing import project_yaml
 
@@ -53,13 +59,8 @@ def adjusted_project(
     """
     network = with_given_sigma(adjusted_network(result), result.evidence.variance_components)
     unit = loaded.model.project.angle_unit or "deg"
-    written: dict[str, Any] = loaded.model.model_dump(mode="json", exclude_unset=True, by_alias=True)
-    info = {
-        **written["project"],
-        "angle_unit": unit,
-        "rotation_sequence": loaded.model.project.rotation_sequence or "omega-phi-kappa",
-        "local_origin": network.origin.tolist(),
-    }
+    written = sections_as_written(loaded)
+    info = project_info(loaded, network)
     data: dict[str, Any] = {
         "version": written["version"],
         "project": info,
@@ -76,14 +77,12 @@ def adjusted_project(
     marked = marked_tables(loaded, result, of_old_knots)
     files |= {_marked_name(*group): text for group, text in marked.items() if text}
     data["observations"] = _observations(written.get("observations", {}), loaded, network, directory, marked)
-    info.pop("table_folders", None)
     tables = [group.get("table") or PREFIX for groups in data["observations"].values() for group in groups]
     if not all(table.startswith(PREFIX) for table in tables):
-        given = loaded.model.project.table_folders
-        info["table_folders"] = folders_seen_from(directory, loaded.path.parent, given)
+        info["table_folders"] = folders_of_tables(loaded, directory)
     data["adjustment"] = {**written.get("adjustment", {}), "staged": False}
     if "datum_features" in data["adjustment"]:
-        data["adjustment"]["datum_features"] = _present(data["adjustment"]["datum_features"], network)
+        data["adjustment"]["datum_features"] = present_features(data["adjustment"]["datum_features"], network)
     if (
         "outliers" in data["adjustment"]
     ):  # approximate values are final, and what a robust start found is marked
@@ -98,19 +97,6 @@ def adjusted_project(
     comment = "Adjusted values as approximate values; the knots are final."
     files["adjusted.yaml"] = project_yaml(data, comment)
     return files
-
-
-def _present(features: dict[str, Any], network: Network) -> dict[str, Any]:
-    """Datum features without those that were left out of the adjustment."""
-    ids = {
-        "points": network.points.ids,
-        "images": network.images.ids,
-        "splines": tuple(curve.id for curve in network.curves),
-    }
-    return {
-        key: [one for one in chosen if one in ids[key]] if isinstance(chosen, list) else chosen
-        for key, chosen in features.items()
-    }
 
 
 def adjusted_network(result: AdjustmentResult) -> Network:
@@ -180,8 +166,7 @@ def _observations(
                     group.pop(option, None)
                 group["table"] = _marked_name(kind, number)
             elif group.get("table"):
-                table = (loaded.path.parent / group["table"]).resolve()
-                group["table"] = str(table) if directory is None else _relative(table, directory)
+                group["table"] = seen_from(directory, os.path.realpath(loaded.path.parent / group["table"]))
             if changed and kind == "spline_points":
                 group = _without_locations(group)
             moved[kind].append(group)
@@ -190,13 +175,6 @@ def _observations(
 
 def _marked_name(kind: str, number: int) -> str:
     return f"{PREFIX}{kind}_{number + 1}.csv"
-
-
-def _relative(table: Path, directory: Path) -> str:
-    try:
-        return Path(os.path.relpath(table, directory.resolve())).as_posix()
-    except ValueError:  # another drive
-        return str(table)
 
 
 def _knots_changed(before: Network, after: Network) -> bool:

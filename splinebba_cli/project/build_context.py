@@ -15,8 +15,9 @@ from splinebba_cli.project.table import Table
 from splinebba_cli.project.table_reader import TableReader
 from splinebba_cli.project.yaml_source import YamlSource
 
-Purpose = Literal["adjustment", "simulation"]
-"""What a project is read for: one to be simulated may lack the observations that `simulate` places itself."""
+Purpose = Literal["adjustment", "simulation", "matching"]
+"""What a project is read for: one to be simulated may lack the observations that `simulate` places itself, one to be
+matched those that `match` finds among its chains."""
 
 
 FEATURES = frozenset({"camera", "image", "spline", "point"})

@@ -141,6 +141,8 @@ def _add_spline(
         if entry.role in ("control", "partial"):
             building.collector.error("SBB308", f"{entry.role} spline `{entry.id}` has no knots", place, help)
         else:
+            if building.purpose == "matching":
+                help = f"{help}; or leave it out: `match --new-curves` builds splines from chains"
             building.collector.error("SBB312", f"spline `{entry.id}` has no approximate shape", place, help)
         return
     found = _rows(entry.id, entry.knots, (*path, "knots"), building)

@@ -15,7 +15,8 @@ from splinebba_cli.project.build_groups import group_numbers, sigma_column
 from splinebba_cli.project.build_images import ANGLE_FACTORS, ImageRows
 from splinebba_cli.project.build_observations import ObservationRows
 from splinebba_cli.project.diagnostics import Place
-from splinebba_cli.project.model_observations import ArcLengthGroup, TangentGroup
+from splinebba_cli.project.model_observations import ArcLengthGroup
+from splinebba_cli.project.photo_directions import PIXELS, directions_in_photo, frames_of_rows
 from splinebba_cli.project.table import Table
 from splinebba_cli.project.table_reader import Wanted
 from splinebba_cli.project.yaml_source import YamlPath
@@ -24,7 +25,6 @@ _UNITS = ("px", "um", "mm")
 _SIGMAS = tuple(f"sigma_{unit}" for unit in _UNITS)
 ARC_COLUMNS = Wanted(("image", "spline", "from", "to", "length"), (*_SIGMAS, "use"))
 TANGENT_COLUMNS = Wanted(("image", "spline", "at", "direction"), ("sigma", "use"))
-_PIXELS = ("pixel_corner", "pixel_centre", "pixel_one")
 
 Key = tuple[str, str, str]  # image, spline, mark
 
@@ -136,7 +136,7 @@ def read_tangents(
         point = marks.points(table, "at")
         direction = table.numbers("direction") * ANGLE_FACTORS[unit]
         sigma = sigma_column(group.sigma, table, "sigma", path, building) * ANGLE_FACTORS[unit]
-        turned = _in_photo(direction, group, marks.image_of(point), images, frames)
+        turned = directions_in_photo(direction, group, marks.image_of(point), images, frames)
         parts.append((point, turned, sigma, np.full(table.rows, group.directed)))
         tables.append(table)
         names.append(group.name or group.table or f"tangents[{number}]")
@@ -204,28 +204,16 @@ def _check_positive(table: Table, length: FloatArray, building: Building) -> Non
         )
 
 
-def _frame_of(
-    group: ArcLengthGroup | TangentGroup, image: IntArray, images: ImageRows, frames: list[PhotoFrame]
-) -> list[tuple[IntArray, PhotoFrame, str]]:
-    """Rows of every camera with its frame and the frame of the group's values."""
-    cameras = np.array(images.cameras, dtype=np.int64)
-    camera = np.where(image >= 0, cameras[image], -1)
-    return [
-        (np.flatnonzero(camera == k), frames[k], group.image_coordinates or frames[k].image_coordinates)
-        for k in np.unique(camera[camera >= 0])
-    ]
-
-
 def _mm_per_unit(
     group: ArcLengthGroup, image: IntArray, images: ImageRows, frames: list[PhotoFrame], path: YamlPath,
     building: Building,
 ) -> FloatArray:  # fmt: skip
     """Millimetres per unit of the lengths, (n,)."""
     out = np.ones(len(image))
-    for rows, frame, wanted in _frame_of(group, image, images, frames):
+    for rows, frame, wanted in frames_of_rows(group, image, images, frames):
         if wanted == "photo_um":
             out[rows] = 1e-3
-        elif wanted in _PIXELS:
+        elif wanted in PIXELS:
             out[rows] = _square_pixel(frame, path, building)
     return out
 
@@ -258,19 +246,7 @@ def _length_sigma(
     name = units.pop()
     sigma = sigma_column(getattr(group, name), table, name, path, building)
     if name == "sigma_px":
-        for rows, frame, _ in _frame_of(group, image, images, frames):
+        for rows, frame, _ in frames_of_rows(group, image, images, frames):
             sigma[rows] *= _square_pixel(frame, path, building)
         return sigma
     return sigma * (1e-3 if name == "sigma_um" else 1.0)
-
-
-def _in_photo(
-    direction: FloatArray, group: TangentGroup, image: IntArray, images: ImageRows, frames: list[PhotoFrame]
-) -> FloatArray:
-    """Directions in the photo frame (y up), (n,) rad."""
-    out = direction.copy()
-    for rows, frame, wanted in _frame_of(group, image, images, frames):
-        if wanted in _PIXELS:
-            width, height = frame.pixel_size_mm if frame.pixel_size_mm is not None else (1.0, 1.0)
-            out[rows] = np.arctan2(-height * np.sin(direction[rows]), width * np.cos(direction[rows]))
-    return out

@@ -21,10 +21,11 @@ from splinebba_cli.project.yaml_source import YamlPath
 UNITS = ("px", "um", "mm")
 _SIGMAS = tuple(f"sigma_{unit}" for unit in UNITS)
 _SIGMAS_XY = tuple(f"sigma_{axis}_{unit}" for unit in UNITS for axis in "xy")
-POINT_COLUMNS = Wanted(("image", "point", "x", "y"), (*_SIGMAS, *_SIGMAS_XY, "use"), {"id": "point"})
+SIGMA_COLUMNS = (*_SIGMAS, *_SIGMAS_XY)
+POINT_COLUMNS = Wanted(("image", "point", "x", "y"), (*SIGMA_COLUMNS, "use"), {"id": "point"})
 SPLINE_COLUMNS = Wanted(
     ("image", "spline", "x", "y"),
-    (*_SIGMAS, *_SIGMAS_XY, "location", "segment", "mark", "use"),
+    (*SIGMA_COLUMNS, "location", "segment", "mark", "use"),
     {"id": "spline"},
 )
 
@@ -110,18 +111,15 @@ def _read_group(
     if table is None:
         building.unread.add("observations")
         return None
-    image = building.indices("image", table, "image", images.index())
     feature = building.indices(kind, table, kind, features)
-    measured = np.column_stack([table.numbers("x"), table.numbers("y")])
-    cameras = np.array(images.cameras, dtype=np.int64)
-    camera = np.where(image >= 0, cameras[image] if len(cameras) else -1, -1)
-    rows = GroupRows(
+    measured = read_measured(table, group, path, building, images, frames)
+    return GroupRows(
         table=table,
-        name=group.name or group.table or f"{path[1]}[{path[2]}]",
-        image=image,
+        name=group_name(group, path),
+        image=measured.image,
         feature=feature,
-        photo_xy=_photo_xy(measured, camera, group, path, building, frames),
-        sigma=_sigma(camera, group, table, path, building, frames),
+        photo_xy=measured.photo_xy,
+        sigma=measured.sigma,
         location=table.numbers("location", optional=True)
         if table.has("location")
         else np.full(table.rows, np.nan),
@@ -130,9 +128,40 @@ def _read_group(
         else np.full(table.rows, -1, dtype=np.int64),
         excluded=table.excluded(),
     )
-    check_field_of_view(rows.photo_xy, camera, table, building, frames)
+
+
+def group_name(group: ObservationGroup, path: YamlPath) -> str:
+    """How results call a group: its name, its table, or its place in the project file."""
+    return group.name or group.table or f"{path[1]}[{path[2]}]"
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Image, coordinates and σ of the rows of a table."""
+
+    image: IntArray  # (n,) -1 where the id is unknown
+    photo_xy: FloatArray  # (n, 2) mm
+    sigma: FloatArray  # (n, 2) mm
+
+
+def read_measured(
+    table: Table,
+    group: ObservationGroup,
+    path: YamlPath,
+    building: Building,
+    images: ImageRows,
+    frames: list[PhotoFrame],
+) -> Measured:
+    """Measured image points of a table with columns image, x, y, checked against their cameras."""
+    image = building.indices("image", table, "image", images.index())
+    measured = np.column_stack([table.numbers("x"), table.numbers("y")])
+    cameras = np.array(images.cameras, dtype=np.int64)
+    camera = np.where(image >= 0, cameras[image] if len(cameras) else -1, -1)
+    photo_xy = _photo_xy(measured, camera, group, path, building, frames)
+    sigma = _sigma(camera, group, table, path, building, frames)
+    check_field_of_view(photo_xy, camera, table, building, frames)
     _check_inside(measured, camera, group, table, building, frames)
-    return rows
+    return Measured(image, photo_xy, sigma)
 
 
 def _photo_xy(
@@ -178,7 +207,7 @@ def _sigma(
 ) -> FloatArray:
     """σ of x and y in millimetres, (n, 2)."""
     declared = [name for name in _SIGMAS if getattr(group, name) is not None]
-    columns = [name for name in (*_SIGMAS, *_SIGMAS_XY) if table.has(name)]
+    columns = [name for name in SIGMA_COLUMNS if table.has(name)]
     units = {name.rsplit("_", 1)[1] for name in (*declared, *columns)}
     place = building.source.place(path)
     help = "one of sigma_px, sigma_um, sigma_mm, for the group or as a column"

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
+from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.core.network import DatumFeatures, KnotPolicy, Settings
 from splinebba_cli.core.settings import LocalTesting, OutlierPolicy, WeightPolicy
 from splinebba_cli.project.model_adjustment import Adjustment
+from splinebba_cli.project.model_matching import Matching
 
 
 def settings_of(adjustment: Adjustment) -> Settings:
@@ -29,6 +33,23 @@ def settings_of(adjustment: Adjustment) -> Settings:
         weights=WeightPolicy(variance_components=adjustment.variance_components),
         confidence=adjustment.confidence,
         correlation_threshold=adjustment.correlation_threshold,
+    )
+
+
+def match_settings_of(matching: Matching) -> MatchSettings:
+    """Settings of matching; angles in radians."""
+    angle = matching.angle_sigma_deg
+    return MatchSettings(
+        position_sigma_m=matching.position_sigma_m,
+        angle_sigma_rad=None if angle is None else math.radians(angle),
+        alpha=matching.alpha,
+        wrong_share=matching.wrong_share,
+        direction_tolerance_rad=math.radians(matching.direction_tolerance_deg),
+        new_curves=matching.new_curves,
+        knot_tolerance=matching.knot_tolerance_sigma,
+        orient_freely=matching.orient_freely,
+        rounds=matching.rounds,
+        seed=matching.seed,
     )
 
 

@@ -8,9 +8,11 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
+from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.core.network import Network
 from splinebba_cli.errors import ProjectError
 from splinebba_cli.project.build_context import FEATURES, Building, Purpose
+from splinebba_cli.project.build_settings import match_settings_of
 from splinebba_cli.project.diagnostics import Collector, Diagnostic
 from splinebba_cli.project.file_content import PROJECT_FILE
 from splinebba_cli.project.model import Project
@@ -37,6 +39,11 @@ class LoadedProject:
         """Name of the project."""
         return self.model.project.name
 
+    @property
+    def match_settings(self) -> MatchSettings:
+        """How its chains are matched."""
+        return match_settings_of(self.model.matching)
+
 
 def load_project(path: Path | str, purpose: Purpose = "adjustment") -> LoadedProject:
     """Read a project file and its tables.
@@ -45,8 +52,9 @@ def load_project(path: Path | str, purpose: Purpose = "adjustment") -> LoadedPro
     ----------
     path : Path or str
         The project file, or a folder that holds ``project.yaml``.
-    purpose : {"adjustment", "simulation"}
-        A project to be simulated needs no observations; those of splines or of points may be there alone.
+    purpose : {"adjustment", "simulation", "matching"}
+        A project to be simulated needs no observations; those of splines or of points may be there alone.  One to be
+        matched needs chains; its splines need no observations, its images no orientations.
 
     Returns
     -------
@@ -79,3 +87,11 @@ def load_project(path: Path | str, purpose: Purpose = "adjustment") -> LoadedPro
         raise ProjectError(collector.finished())
     hashes = {path.name: hashlib.sha256(path.read_bytes()).hexdigest(), **dict(sorted(reader.hashes.items()))}
     return LoadedProject(path, model, network, collector.finished(), hashes)
+
+
+def has_chains(path: Path) -> bool:
+    """Whether a project file declares chains; False where it is invalid, which whoever loads it is told."""
+    collector = Collector()
+    source = read_yaml(path, collector)
+    model, _ = (None, False) if source is None else validate(source, collector)
+    return model is not None and bool(model.observations.chains)

@@ -11,6 +11,7 @@ from splinebba_cli.project.model_adjustment import Adjustment, Knots
 from splinebba_cli.project.model_camera import Camera
 from splinebba_cli.project.model_features import PointEntry, SplineEntry
 from splinebba_cli.project.model_images import ImageEntry
+from splinebba_cli.project.model_matching import Matching
 from splinebba_cli.project.model_observations import Observations
 from splinebba_cli.project.model_simulation import Simulation
 from splinebba_cli.project.scalars import (
@@ -84,6 +85,7 @@ class Project(Model):
         default_factory=Observations, description="Measured image coordinates."
     )
     adjustment: Adjustment = Field(default_factory=Adjustment, description="How to adjust.")
+    matching: Matching = Field(default_factory=Matching, description="How `match` labels chains.")
     acceptance: Acceptance = Field(default_factory=Acceptance, description="What a result must satisfy.")
     simulation: Simulation | None = Field(
         default=None, description="How `simulate` measures the project anew."

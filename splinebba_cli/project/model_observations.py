@@ -41,6 +41,21 @@ class SplineGroup(ObservationGroup):
     """
 
 
+class ChainGroup(ObservationGroup):
+    """Image points on edges that nobody has assigned to a spline, single or as chains of a tracing tool: columns image,
+    x, y [, chain] [, direction or normal_x, normal_y] [, σ] [, use].
+
+    The rows of a chain stand together, in the order of tracing; a chain belongs to one image, and the same name in
+    another image is another chain.  Without the column `chain`, or where it is empty, points are single.  `direction`
+    is that of the edge, up to half a turn, counted as that of a tangent; `normal_x`, `normal_y` are a vector across the
+    edge of any length.  `adjust` passes over these points; `match` finds the splines to which they belong.
+    """
+
+    angle_unit: AngleUnit | None = Field(
+        default=None, description="Unit of the directions; default: that of the project."
+    )
+
+
 class ArcLengthGroup(TableOrRows):
     """Lengths of projected splines between two measured points of one image: columns image, spline, from, to, length
     [, σ] [, use].
@@ -118,6 +133,10 @@ class Observations(Model):
         description="Points measured on splines; each has its own unknown location on the curve.",
     )
     points: list[PointGroup] = Field(default_factory=list, description="Image points of object points.")
+    chains: list[ChainGroup] = Field(
+        default_factory=list,
+        description="Points on edges without the name of a spline, single or in chains; `match` labels them.",
+    )
     arc_lengths: list[ArcLengthGroup] = Field(
         default_factory=list, description="Lengths of projected splines between measured points."
     )

@@ -59,3 +59,20 @@ class Simulation(Model):
         default=None,
         description="Largest error of approximate coordinates of knots, m; default: as for positions.",
     )
+    chains: bool = Field(
+        default=False,
+        description="Whether image points on splines are written as chains without the names of their splines, for "
+        "`match`; truth.json has the names.",
+    )
+    chain_points: int = Field(
+        default=25,
+        ge=3,
+        le=100_000,
+        description="Largest number of points of a chain; longer ones are broken.",
+    )
+    wrong_chain_share: Share = Field(
+        default=0.0, description="Share of the points of chains that belong to no spline."
+    )
+    hidden_ties: bool = Field(
+        default=False, description="Whether tie splines are left out of the project; their chains stay in it."
+    )

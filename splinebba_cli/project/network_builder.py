@@ -17,6 +17,7 @@ from splinebba_cli.core.network import (
     Tangents,
 )
 from splinebba_cli.project.build_cameras import build_cameras
+from splinebba_cli.project.build_chains import as_unlabelled_points, read_chains
 from splinebba_cli.project.build_context import Building
 from splinebba_cli.project.build_curves import CurveRows, position_rows, read_curves, shifted
 from splinebba_cli.project.build_distances import read_distances
@@ -33,10 +34,12 @@ from splinebba_cli.project.build_points import PointRows, read_points
 from splinebba_cli.project.build_settings import settings_of
 from splinebba_cli.project.plausibility import check_knot_spacing
 from splinebba_cli.project.semantic_checks import (
+    check_chains,
     check_datum_features,
     check_extent,
     check_features_seen,
     check_images_seen,
+    check_images_to_match,
     check_resection,
     check_segments,
     images_per_feature,
@@ -56,17 +59,18 @@ def build_network(building: Building) -> Network | None:
     curves = read_curves(building)
     on_points = read_observations("point", building, images, points.declared(), frames)
     on_curves = read_observations("spline", building, images, _declared_splines(building, curves), frames)
-    measured = bool(on_points.groups or on_curves.groups)
+    chains = read_chains(building, images, frames)
+    measured = bool(on_points.groups or on_curves.groups or chains.groups)
     if building.collector.has_errors and not (images.ids and measured):
         return None
-    if not measured and building.purpose == "adjustment":
-        place = building.source.place(("observations",), key=True)
-        building.collector.error("SBB303", "the project has no observations", place)
-        return None
-    if _incomplete(building):
+    if not check_chains(building, chains, bool(on_points.groups or on_curves.groups)) or _incomplete(
+        building
+    ):
         return None
     check_extent(building, images, points, curves)
     check_knot_spacing(curves, building)
+    if building.purpose == "matching":
+        check_images_to_match(building, images, (on_points, on_curves), chains)
     kept_points, kept_curves = _features_taking_part(building, images, points, curves, on_points, on_curves)
     origin = local_origin(building, images, points, curves)
     built_images = build_images(images, origin, building)
@@ -94,6 +98,7 @@ def build_network(building: Building) -> Network | None:
         arc_lengths=arc_lengths,
         tangents=tangents,
         distances=distances,
+        unlabelled=as_unlabelled_points(chains),
     )
 
 
@@ -111,11 +116,11 @@ def _features_taking_part(
     on_points: ObservationRows,
     on_curves: ObservationRows,
 ) -> tuple[BoolArray, BoolArray]:
-    """Which points and curves enough images see; what is to be measured by a simulation all takes part."""
-    to_place = building.purpose == "simulation"
-    if not to_place or (on_points.groups and on_curves.groups):
+    """Which points and curves enough images see; what a simulation measures, or matching may find, all takes part."""
+    to_place, to_match = building.purpose == "simulation", building.purpose == "matching"
+    if not to_match and (not to_place or (on_points.groups and on_curves.groups)):
         check_images_seen(building, images, (on_points, on_curves))
-    if not to_place or on_points.groups:
+    if not to_match and (not to_place or on_points.groups):
         check_resection(building, images, points, on_points)
     check_segments(building, curves, on_curves)
     kept_points = np.ones(len(points.ids), dtype=bool)
@@ -126,7 +131,7 @@ def _features_taking_part(
             building, "point", points.ids, points.roles, points.places, seen, every
         )
     kept_curves = np.ones(len(curves.curves), dtype=bool)
-    if not to_place or on_curves.groups:
+    if not to_match and (not to_place or on_curves.groups):
         ids, roles = [c.id for c in curves.curves], [c.role for c in curves.curves]
         seen = images_per_feature(on_curves, len(ids))
         every = images_per_feature_of_all(on_curves, len(ids)) if on_curves.excluded.any() else seen

@@ -8,6 +8,7 @@ import numpy as np
 
 from splinebba_cli.core.curves.registry import basis_of
 from splinebba_cli.core.network import BoolArray, Curve, IntArray
+from splinebba_cli.project.build_chains import ChainRows
 from splinebba_cli.project.build_context import Building
 from splinebba_cli.project.build_curves import CurveRows, position_rows
 from splinebba_cli.project.build_images import ImageRows
@@ -46,12 +47,54 @@ def _seen_pairs(rows: ObservationRows, chosen: BoolArray) -> tuple[IntArray, Int
     return pairs // size, pairs % size
 
 
-def check_images_seen(building: Building, images: ImageRows, kinds: Sequence[ObservationRows]) -> None:
-    """Every image has observations, unless nothing of it is to be estimated."""
+def check_chains(building: Building, chains: ChainRows, measured: bool) -> bool:
+    """Whether the project has what it is read for; `measured`: it has other image points.  What chains are good for."""
+    place = building.source.place(("observations",), key=True)
+    if building.purpose == "matching":
+        if not chains.groups and "observations" not in building.unread:
+            help = "`observations: {chains: [{table: chains.csv, …}]}` with columns image, x, y, and chain"
+            building.collector.error(
+                "SBB327", "the project has no chains: nothing is to be matched", place, help
+            )
+        return bool(chains.groups)
+    if building.purpose == "adjustment" and not measured:
+        help = "its chains have no labels yet: run `splinebba match` first" if chains.groups else ""
+        building.collector.error("SBB303", "the project has no observations", place, help)
+        return False
+    if chains.points and building.purpose == "adjustment" and not building.collector.has_errors:
+        number = sum(len(group.chain_ids) for group in chains.groups)
+        which = f" (in {number} chains)" if number > 1 else ""
+        message = f"points without a label take no part: {chains.points}{which}"
+        place = building.source.place(("observations", "chains"), key=True)
+        building.collector.add("info", "SBB329", message, place, "`splinebba match` labels them")
+    return True
+
+
+def _seen_images(images: ImageRows, kinds: Sequence[ObservationRows]) -> BoolArray:
+    """Images with observations that take part, (m,)."""
     seen = np.zeros(len(images.ids), dtype=bool)
     for rows in kinds:
         image = rows.image
         seen[image[(image >= 0) & ~rows.excluded]] = True
+    return seen
+
+
+def check_images_to_match(
+    building: Building, images: ImageRows, kinds: Sequence[ObservationRows], chains: ChainRows
+) -> None:
+    """Name the images in which nothing can be matched."""
+    seen = _seen_images(images, kinds)
+    seen[chains.image[chains.image >= 0]] = True
+    for number in np.flatnonzero(~seen).tolist():
+        message = f"image `{images.ids[number]}` has no observations and no chains"
+        help = "nothing can be matched in it"
+        place = images.places[number]
+        building.collector.warning("SBB303", message, place, help, kind="images without observations")
+
+
+def check_images_seen(building: Building, images: ImageRows, kinds: Sequence[ObservationRows]) -> None:
+    """Every image has observations, unless nothing of it is to be estimated."""
+    seen = _seen_images(images, kinds)
     for number in np.flatnonzero(~seen).tolist():
         name, place = images.ids[number], images.places[number]
         if np.isfinite(images.sigma[number]).all():
@@ -78,6 +121,8 @@ def check_features_seen(
     `seen` counts the images with measurements that take part, `measured` those with any.
     """
     usable = np.ones(len(ids), dtype=bool)
+    model = building.model
+    unlabelled = kind == "spline" and bool(model.observations.chains or "matching" in model.model_fields_set)
     for number in np.flatnonzero(seen < 2).tolist():
         role, count = roles[number], int(seen[number])
         name = f"{role} {kind} `{ids[number]}`"
@@ -88,6 +133,11 @@ def check_features_seen(
             building.collector.warning(
                 "SBB304", message, places[number], "it is left out", kind=f"{kind}s excluded"
             )
+        elif unlabelled and (role in ("tie", "check") or count == 0):
+            usable[number] = False
+            code, message = ("SBB310" if count == 0 else "SBB304"), f"{name} is measured {where}"
+            help = "it is left out: `splinebba match` has not found it, or has not run yet"
+            building.collector.warning(code, message, places[number], help, kind=f"{role} {kind}s {where}")
         elif role == "tie" or (role == "partial" and count == 0):
             help = "measure it in a second image, or remove it"
             code = "SBB310" if count == 0 else "SBB304"

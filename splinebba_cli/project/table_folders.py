@@ -26,10 +26,11 @@ def _comparable(one: str, other: str) -> bool:
 def folders_seen_from(directory: Path | None, folder: Path, further: Sequence[str]) -> list[str]:
     """A project's folders as another folder names them; absolute where `directory` is None."""
     real = [os.path.realpath(folder), *(os.path.realpath(folder / name) for name in further)]
-    return [_seen_from(directory, path) for path in real]
+    return [seen_from(directory, path) for path in real]
 
 
-def _seen_from(directory: Path | None, path: str) -> str:
+def seen_from(directory: Path | None, path: str) -> str:
+    """A path (links followed) as a folder names it; absolute where `directory` is None."""
     if directory is None:
         return path
     try:

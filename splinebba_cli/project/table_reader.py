@@ -31,7 +31,20 @@ from splinebba_cli.project.text_position import decoded, lines_of
 from splinebba_cli.project.yaml_source import YamlPath, YamlSource
 
 TEXTS = frozenset(
-    {"image", "spline", "point", "camera", "rotation_sequence", "role", "mark", "from", "to", "at", "use"}
+    [
+        "image",
+        "spline",
+        "point",
+        "camera",
+        "rotation_sequence",
+        "role",
+        "mark",
+        "chain",
+        "from",
+        "to",
+        "at",
+        "use",
+    ]
 )  # columns that hold no numbers
 
 

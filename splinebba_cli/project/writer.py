@@ -18,6 +18,7 @@ from splinebba_cli.core.network import (
     Network,
     PointObservations,
 )
+from splinebba_cli.project.chain_tables import chain_groups
 from splinebba_cli.project.file_content import PROJECT_FILE
 from splinebba_cli.project.model import FORMAT_VERSION
 from splinebba_cli.project.network_tables import (
@@ -47,6 +48,7 @@ def write_project(
     description: str = "",
     crs: str = "",
     angle_unit: str = "deg",
+    matching: Mapping[str, Any] | None = None,
     acceptance: Mapping[str, Any] | None = None,
     simulation: Mapping[str, Any] | None = None,
     comment: str = "",
@@ -65,7 +67,7 @@ def write_project(
         Notes; the comment stands in the head of the file.
     angle_unit : {"deg", "gon", "rad"}
         Unit of angles in the project.
-    acceptance, simulation : mapping, optional
+    matching, acceptance, simulation : mapping, optional
         These sections of the project file.
 
     Returns
@@ -84,6 +86,7 @@ def write_project(
         description=description,
         crs=crs,
         angle_unit=angle_unit,
+        matching=matching,
         acceptance=acceptance,
         simulation=simulation,
         comment=comment,
@@ -104,6 +107,7 @@ def project_files(
     description: str = "",
     crs: str = "",
     angle_unit: str = "deg",
+    matching: Mapping[str, Any] | None = None,
     acceptance: Mapping[str, Any] | None = None,
     simulation: Mapping[str, Any] | None = None,
     comment: str = "",
@@ -133,10 +137,14 @@ def project_files(
     for key, rows in (("spline_points", network.curve_observations), ("points", network.point_observations)):
         if len(rows):
             data["observations"][key] = _groups(network, rows, key, files)
+    if len(network.unlabelled):
+        data["observations"]["chains"] = chain_groups(network, angle_unit, files)
     data["observations"] |= _linked_groups(network, angle_unit, files)
     if len(network.distances):
         data["observations"]["distances"] = _distance_groups(network, files)
     data["adjustment"] = adjustment_section(network.settings)
+    if matching:
+        data["matching"] = dict(matching)
     if acceptance:
         data["acceptance"] = dict(acceptance)
     if simulation:

@@ -173,6 +173,7 @@ class Report:
     verdict: Verdict
     key_facts: Facts
     sections: tuple[Section, ...]
+    kicker: str = "Bundle block adjustment"  # what kind of report it is
 
 
 def cell_text(column: Column, cell: Cell) -> str:

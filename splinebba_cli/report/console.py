@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from splinebba_cli.output.result_json import result_to_dict
 from splinebba_cli.project.diagnostics import SEVERITY_STYLES
-from splinebba_cli.report.blocks import Column, ProblemList, Table, Tone, cell_text
+from splinebba_cli.report.blocks import Column, Facts, ProblemList, Table, Tone, cell_text
 from splinebba_cli.report.feature_sections import splines_table
 from splinebba_cli.report.orientation_section import orientation_table
 from splinebba_cli.report.result_data import ResultData
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _ROWS = 12
 _PROBLEMS = 12
-_STYLES: dict[Tone, str] = {
+STYLES: dict[Tone, str] = {
     "good": "bold green",
     "warning": "bold yellow",
     "bad": "bold red",
@@ -60,11 +60,11 @@ class ConsoleSummary:
         from rich.text import Text
 
         opinion = verdict(self._data)
-        yield Text(opinion.headline, style=_STYLES[opinion.tone])
+        yield Text(opinion.headline, style=STYLES[opinion.tone])
         yield Text(opinion.detail)
         yield Text()
-        yield from self._problems()
-        yield self._facts()
+        yield from problem_lines(self._data)
+        yield fact_grid(key_facts(self._data))
         yield Text()
         if self._data["images"]:
             sigma = [max(image["sigma"][axis] or 0.0 for axis in "xyz") for image in self._data["images"]]
@@ -73,34 +73,38 @@ class ConsoleSummary:
             sigma = [spline["sigma_across"]["max"] or 0.0 for spline in self._data["splines"]]
             yield from rich_table(worst_first(splines_table(self._data), sigma), options.max_width)
 
-    def _problems(self) -> Iterator[RenderableType]:
-        from rich.text import Text
 
-        block = problems_section(self._data).blocks[0]
-        items = block.items if isinstance(block, ProblemList) else ()
-        for item in items[:_PROBLEMS]:
-            text = Text.assemble(
-                (f"{item.severity}[{item.code}]", SEVERITY_STYLES[item.severity]),
-                f" {item.sentence}",
-            )
-            if item.help:
-                text.append(f"\n    help: {item.help}", style="dim")
-            yield text
-        if len(items) > _PROBLEMS:
-            yield Text(f"… and {len(items) - _PROBLEMS} more problems in the report", style="dim")
-        if items:
-            yield Text()
+def problem_lines(data: ResultData) -> Iterator[RenderableType]:
+    """Problems, the worst first, with what would cure them; of many the first ones."""
+    from rich.text import Text
 
-    def _facts(self) -> RenderableType:
-        from rich.table import Table as RichTable
+    block = problems_section(data).blocks[0]
+    items = block.items if isinstance(block, ProblemList) else ()
+    for item in items[:_PROBLEMS]:
+        text = Text.assemble(
+            (f"{item.severity}[{item.code}]", SEVERITY_STYLES[item.severity]),
+            f" {item.sentence}",
+        )
+        if item.help:
+            text.append(f"\n    help: {item.help}", style="dim")
+        yield text
+    if len(items) > _PROBLEMS:
+        yield Text(f"… and {len(items) - _PROBLEMS} more problems in the report", style="dim")
+    if items:
+        yield Text()
 
-        grid = RichTable.grid(padding=(0, 2))
-        grid.add_column()
-        grid.add_column(justify="right")
-        grid.add_column(style="dim")
-        for fact in key_facts(self._data).items:
-            grid.add_row(_plain(fact.label), _plain(fact.value), _plain(fact.note))
-        return grid
+
+def fact_grid(facts: Facts) -> RenderableType:
+    """Labelled values below each other."""
+    from rich.table import Table as RichTable
+
+    grid = RichTable.grid(padding=(0, 2))
+    grid.add_column()
+    grid.add_column(justify="right")
+    grid.add_column(style="dim")
+    for fact in facts.items:
+        grid.add_row(_plain(fact.label), _plain(fact.value), _plain(fact.note))
+    return grid
 
 
 def _plain(text: str) -> RenderableType:

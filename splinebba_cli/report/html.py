@@ -59,8 +59,23 @@ def render_html(report: Report, data: ResultData) -> str:
     str
         HTML; the same report and data give the same text.
     """
+    from splinebba_cli.report.figures import draw
+
+    return render_page(report, partial(draw, data=data))
+
+
+def render_page(report: Report, draw: Callable[[FigureBlock], str]) -> str:
+    """The whole page of a report of any kind.
+
+    Parameters
+    ----------
+    draw : callable
+        Gives the markup of a figure, in which every text is escaped; empty where there is nothing to draw.
+    """
+    from markupsafe import Markup
+
     environment = _environment()
-    environment.filters["figure"] = _figure_filter(data)
+    environment.filters["figure"] = lambda block: Markup(draw(block))
     template = environment.get_template("report.html.j2")
     return template.render(report=report, plain_rows=_PLAIN, page_rows=_PAGE, kept_rows=_KEPT)
 
@@ -110,19 +125,6 @@ def _css_string(text: str) -> Markup:
 
 def _kind(block: Block) -> str:
     return _KINDS[type(block)]
-
-
-def _figure_filter(data: ResultData) -> Callable[[FigureBlock], Markup]:
-    return partial(_figure, data)
-
-
-def _figure(data: ResultData, block: FigureBlock) -> Markup:
-    """The drawing as markup: matplotlib has escaped every text in it."""
-    from markupsafe import Markup
-
-    from splinebba_cli.report.figures import draw
-
-    return Markup(draw(block, data))
 
 
 def _code(text: str) -> Markup:

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from splinebba_cli.core.network import FloatArray, IntArray
-from splinebba_cli.report.canvas import INK, MUTED, ROLE_COLOURS, STATION, svg_of
+from splinebba_cli.report.canvas import INK, ROLE_COLOURS, STATION, svg_of
 from splinebba_cli.report.result_data import ResultData
+from splinebba_cli.report.stage_marks import mark_stages
 from splinebba_cli.report.svg_text import Tips, visible
 
 if TYPE_CHECKING:
@@ -152,7 +153,6 @@ def convergence(data: ResultData) -> str:
     cost = np.array([line["cost"] for line in log], dtype=float)
     step = np.array([line["step"] for line in log], dtype=float)
     stages = [line["stage"] for line in log]
-    starts = [i for i in range(len(log)) if i == 0 or stages[i] != stages[i - 1]]
 
     def draw(figure: Figure) -> None:
         left, right = figure.subplots(1, 2)
@@ -165,22 +165,6 @@ def convergence(data: ResultData) -> str:
                 axes.yaxis.set_minor_formatter("")
             axes.set_title(title)
             axes.set_xlabel("iteration")
-            axes.xaxis.get_major_locator().set_params(integer=True)
-            axes.grid(visible=False, axis="x")
-            axes.set_xlim(0.5, len(log) + 0.5)
-            for start in starts:
-                if start:
-                    axes.axvline(start + 0.5, color=MUTED, linewidth=0.7, linestyle=(0, (3, 3)))
-                axes.annotate(
-                    stages[start],
-                    (start + 0.55, 1.0),
-                    xycoords=("data", "axes fraction"),
-                    xytext=(1, -2),
-                    textcoords="offset points",
-                    va="top",
-                    fontsize=7,
-                    color=MUTED,
-                    rotation=90 if len(log) > 25 else 0,
-                )
+            mark_stages(axes, stages)
 
     return svg_of(draw, (7.6, 2.7), "convergence", margins=(0.1, 0.17, 0.985, 0.89, 0.26))

@@ -103,6 +103,7 @@ def _camera(block: BlockGeometry) -> Camera:
         radial=np.zeros(3),
         decentring=np.zeros(2),
         affinity=np.zeros(2),
+        pixel_size_mm=block.pixel_size_mm,
         format_mm=block.format_mm,
     )
 

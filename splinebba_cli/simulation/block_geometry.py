@@ -31,6 +31,7 @@ class BlockGeometry:
     principal_distance_mm: float
     format_mm: tuple[float, float]  # width, height
     origin: FloatArray  # (3,) of the local frame, metres
+    pixel_size_mm: float | None = None
 
     @property
     def image_count(self) -> int:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -34,7 +35,9 @@ from splinebba_cli.simulation.feature_geometry import (
 )
 from splinebba_cli.simulation.noise import Noise
 from splinebba_cli.simulation.realization import Design, realize
+from splinebba_cli.simulation.street_block import street_features, street_images
 from splinebba_cli.simulation.truth import Truth
+from splinebba_cli.simulation.unlabelling import ChainStyle
 
 KINDS: dict[str, str] = {
     "six-image": "Lee's six images (table 5.3): control, partial control and tie splines of several segments",
@@ -42,6 +45,7 @@ KINDS: dict[str, str] = {
     "six-image-singular": "the same images and one control segment (table 5.7): cannot be determined",
     "circle-three-ways": "one circle in four images, measured as a circle, a closed natural spline and a Fourier curve",
     "strip": "five images with observed orientations, control, ties; coordinates of millions of metres",
+    "edge-chains": "a street from a drone: edges traced without names, wrong ones among them, some of unknown shape",
     "close-range-ring": "ten convergent images around an object of a metre: points, splines, two scale bars",
 }
 
@@ -249,12 +253,25 @@ def _close_range_ring() -> Scene:
     return Scene(ring(), features, points, 25, settings=Settings(gauge_conditions="all"), bars=bars)
 
 
+def _street() -> Scene:
+    """Kerbs on the map, edges that are not: measured along chains."""
+    return Scene(street_images(), street_features(), PointFeatures(), 40)
+
+
 SCENES: dict[str, Callable[[], Scene]] = {
     "six-image": _six_image,
     "six-image-mixed": _six_image_mixed,
     "six-image-singular": _six_image_singular,
     "strip": _strip,
     "circle-three-ways": _circle_three_ways,
+    "edge-chains": _street,
     "close-range-ring": _close_range_ring,
 }
-START_SCALE = {"close-range-ring": 0.01}  # of the errors of approximate positions and knots
+START_SCALE = {
+    "close-range-ring": 0.01,
+    "edge-chains": 1.0 / 3.0,
+}  # of the errors of approximate positions and knots
+CHAINS = {"edge-chains": ChainStyle(points=20, wrong_share=0.2, hides_ties=True)}  # written without labels
+MATCHING: dict[str, dict[str, Any]] = {
+    "edge-chains": {"position_sigma_m": 0.6, "angle_sigma_deg": 0.6, "new_curves": True}
+}  # section of the written project

@@ -10,16 +10,18 @@ from typing import Any
 
 import numpy as np
 
-from splinebba_cli.core.network import Network
+from splinebba_cli.core.network import Network, UnlabelledPoints
 from splinebba_cli.project.loading import LoadedProject, load_project
+from splinebba_cli.project.model_simulation import Simulation
 from splinebba_cli.project.writer import write_project
 from splinebba_cli.simulation.assembly import NOMINAL_SIGMA_MM
 from splinebba_cli.simulation.noise import Noise
 from splinebba_cli.simulation.project_design import noise_of, project_design
 from splinebba_cli.simulation.realization import Design, realize
-from splinebba_cli.simulation.six_image_block import KINDS, START_SCALE, kind_design
+from splinebba_cli.simulation.six_image_block import CHAINS, KINDS, MATCHING, START_SCALE, kind_design
 from splinebba_cli.simulation.truth import Truth
 from splinebba_cli.simulation.truth_file import TRUTH_FILE, truth_content, truth_text
+from splinebba_cli.simulation.unlabelling import ChainStyle, unlabelled
 from splinebba_cli.write_errors import cannot_write
 
 BLOCK_NOISE = Noise(NOMINAL_SIGMA_MM, 3.0, float(np.radians(1.0)), 1.5)
@@ -37,6 +39,7 @@ class Target:
     inputs: dict[str, str] = field(default_factory=dict)  # file -> sha256
     left_out: tuple[str, ...] = ()
     loaded: LoadedProject | None = None  # None: a kind of block
+    chains: ChainStyle | None = None  # how labels of curve points are taken away; None: they stay
 
 
 def block_target(kind: str, changes: Mapping[str, Any]) -> Target:
@@ -50,7 +53,8 @@ def block_target(kind: str, changes: Mapping[str, Any]) -> Target:
     scale = START_SCALE.get(kind, 1.0)
     noise = replace(BLOCK_NOISE, start_position_m=3.0 * scale, start_knots_m=1.5 * scale)
     noise = replace(noise, **changes)
-    return Target(kind, kind_design(kind, noise.image_mm or NOMINAL_SIGMA_MM), noise, 0)
+    design = kind_design(kind, noise.image_mm or NOMINAL_SIGMA_MM)
+    return Target(kind, design, noise, 0, chains=CHAINS.get(kind))
 
 
 def project_target(loaded: LoadedProject, changes: Mapping[str, Any]) -> Target:
@@ -69,7 +73,14 @@ def project_target(loaded: LoadedProject, changes: Mapping[str, Any]) -> Target:
         inputs[TRUTH_FILE] = hashlib.sha256(content).hexdigest()
     settings = loaded.model.simulation
     seed = PROJECT_SEED if settings is None or settings.seed is None else settings.seed
-    return Target(loaded.name, made.design, noise, seed, inputs, made.left_out, loaded)
+    return Target(loaded.name, made.design, noise, seed, inputs, made.left_out, loaded, chain_style(settings))
+
+
+def chain_style(settings: Simulation | None) -> ChainStyle | None:
+    """How a project wants labels to be taken away; None: not at all."""
+    if settings is None or not settings.chains:
+        return None
+    return ChainStyle(settings.chain_points, settings.wrong_chain_share, settings.hidden_ties)
 
 
 def simulate(
@@ -120,35 +131,52 @@ def write_target(target: Target, folder: Path, seed: int) -> Path:
     """
     made = realize(target.design, target.noise, seed)
     loaded = target.loaded
+    network, labels = replace(made.network, unlabelled=UnlabelledPoints.none()), None
+    chains: dict[str, Any] = {}
+    if target.chains is not None:
+        without = unlabelled(made.network, target.chains, seed)
+        network, labels, chains = without.network, without.labels, _chain_settings(target.chains)
     if loaded is None:
         path = write_project(
-            made.network,
+            network,
             folder,
             name=target.name,
             description=KINDS[target.name],
-            simulation={"block": target.name, "seed": seed, **_settings(target.noise, BLOCK_NOISE)},
+            matching=MATCHING.get(target.name),
+            simulation={"block": target.name, "seed": seed, **_settings(target.noise, BLOCK_NOISE), **chains},
         )
         noise_um = 1e3 * (target.noise.image_mm or 0.0)
         note: dict[str, Any] = {"kind": target.name, "seed": seed, "noise_um": noise_um}
     else:
         info, acceptance = loaded.model.project, loaded.model.acceptance
         path = write_project(
-            made.network,
+            network,
             folder,
             name=target.name,
             description=info.description or "",
             crs=info.crs or "",
             angle_unit=info.angle_unit or "deg",
+            matching=loaded.model.matching.model_dump(mode="json", exclude_unset=True),
             acceptance=acceptance.model_dump(mode="json", exclude_unset=True),
-            simulation={"seed": seed, **_settings(target.noise, Noise())},
+            simulation={"seed": seed, **_settings(target.noise, Noise()), **chains},
         )
         note = {"project": target.name, "seed": seed}
     try:
-        text = truth_text(truth_content(made.network, made.truth, note))
+        text = truth_text(truth_content(made.network, made.truth, note, labels))
         path.with_name(TRUTH_FILE).write_text(text, encoding="utf-8")
     except OSError as error:
         raise cannot_write(folder, error) from error
     return path
+
+
+def _chain_settings(style: ChainStyle) -> dict[str, Any]:
+    """What a simulation section says about chains."""
+    return {
+        "chains": True,
+        "chain_points": style.points,
+        "wrong_chain_share": style.wrong_share,
+        "hidden_ties": style.hides_ties,
+    }
 
 
 def _settings(noise: Noise, usual: Noise) -> dict[str, Any]:

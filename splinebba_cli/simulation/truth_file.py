@@ -19,13 +19,20 @@ TRUTH_FILE = "truth.json"
 _EOP = ("omega", "phi", "kappa", "x", "y", "z")
 
 
-def truth_content(network: Network, truth: Truth, simulation: Mapping[str, Any]) -> dict[str, Any]:
+def truth_content(
+    network: Network,
+    truth: Truth,
+    simulation: Mapping[str, Any],
+    labels: Sequence[tuple[str, str, str]] | None = None,
+) -> dict[str, Any]:
     """The truth as plain data in the layout of result.json: user's frame, metres and degrees.
 
     Parameters
     ----------
     simulation : how the project was simulated, for readers
+    labels : image, chain and spline (empty: none) of every chain, where the project has chains without labels
     """
+    chains = {} if labels is None else {"chains": [_label(*each) for each in labels]}
     eop = truth.eop.copy()
     eop[:, :3] = np.remainder(np.degrees(eop[:, :3]) + 180.0, 360.0) - 180.0  # as results are given
     eop[:, 3:] += network.origin
@@ -50,7 +57,12 @@ def truth_content(network: Network, truth: Truth, simulation: Mapping[str, Any])
             for id, row in zip(network.points.ids, (truth.points + network.origin).tolist(), strict=True)
         ],
         "locations": [None if np.isnan(u) else u for u in truth.locations.tolist()],
+        **chains,
     }
+
+
+def _label(image: str, chain: str, spline: str) -> dict[str, str | None]:
+    return {"image": image, "chain": chain, "spline": spline or None}
 
 
 def truth_text(content: Mapping[str, Any]) -> str:

@@ -81,7 +81,7 @@ class Case:
         return found
 
     def run(self, folder: Path) -> tuple[int, str]:
-        """Exit code and what the command finds, printed in the folder of the project."""
+        """Exit code and what the command finds, printed in the folder of the project; only `check` finds as its result."""
         arguments = [
             self.command,
             self.content.get("project", "project.yaml"),
@@ -89,6 +89,8 @@ class Case:
         ]
         with chdir(folder):
             result = CliRunner().invoke(app, arguments)
+        if self.command != "check":
+            return result.exit_code, result.stderr
         counts = result.stdout.find("\nharbour\n") if result.exit_code == 0 else -1
         return result.exit_code, result.stdout if counts < 0 else result.stdout[:counts]
 

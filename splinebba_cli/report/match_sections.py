@@ -1,0 +1,312 @@
+"""What the report of a matching says: how much was matched, where not and why, how it came about, what was built."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from splinebba_cli.report.blocks import (
+    Block,
+    Cell,
+    Column,
+    Fact,
+    Facts,
+    FigureBlock,
+    Note,
+    Report,
+    Section,
+    Table,
+    Verdict,
+)
+from splinebba_cli.report.match_panels import SHOWN, drawn_images
+from splinebba_cli.report.new_spline_section import new_splines_section
+from splinebba_cli.report.result_data import ResultData
+from splinebba_cli.report.run_sections import provenance_section
+from splinebba_cli.report.scale import length_scale, plural
+from splinebba_cli.report.sections import problems_section
+
+REASONS = {
+    "far": "no spline inside of the gate",
+    "direction": "only splines that run in another direction",
+    "ambiguous": "two splines fit equally well",
+    "chain": "the rest of its chain follows no spline, or another one",
+    "taken": "another chain fits better to that part of the spline",
+    "gross": "its residual after the adjustment is no chance",
+    "excluded": "taken out by the user (`use: no`)",
+    "not oriented": "its image has no orientation",
+}
+
+
+def build_match_report(content: dict[str, Any]) -> Report:
+    """All sections of the report.
+
+    Parameters
+    ----------
+    content : dict
+        Of match.json.
+
+    Returns
+    -------
+    Report
+        Plain data for the renderers.
+    """
+    data = ResultData(content)
+    provenance = content["provenance"]
+    program, written = provenance["program"], provenance["timestamps"]["written"]
+    sections = [
+        problems_section(data),
+        unmatched_section(content),
+        images_section(content),
+        splines_section(content),
+        ambiguity_section(content),
+        new_splines_section(content),
+        history_section(content),
+        settings_section(content),
+        provenance_section(data),
+    ]
+    return Report(
+        title=provenance["project"]["name"],
+        subtitle=" · ".join(
+            (
+                provenance["project"]["file"],
+                f"{program['name']} {program['version']}",
+                written.replace("T", " ").replace("Z", " UTC"),
+            )
+        ),
+        verdict=match_verdict(content),
+        key_facts=match_facts(content),
+        sections=tuple(section for section in sections if section.blocks),
+        kicker="Matching of chains",
+    )
+
+
+def percent(share: float | None) -> str:
+    """A share as people read it; 100 % and 0 % are exact."""
+    if share is None:
+        return "–"
+    text = f"{100 * share:.1f}"
+    if text == "100.0" and share < 1.0:
+        return "> 99.9 %"
+    return f"{'< 0.1' if text == '0.0' and share > 0.0 else text} %"
+
+
+def match_verdict(content: dict[str, Any]) -> Verdict:
+    """How much was matched, and whether that is what the project asks for."""
+    counts = content["counts"]
+    left = counts["points"] - counts["matched"]
+    detail = (
+        f"{counts['matched']} of {plural(counts['points'], 'image point')} ({percent(counts['share'])}) lie on "
+        f"splines; {left} stay without a label."
+    )
+    if counts["labelled_before"]:
+        detail += f" {counts['labelled_before']} had a label before."
+    failed = [each for each in content["acceptance"] if each["status"] != "passed"]
+    if failed:
+        limit = percent(failed[0]["limit"])
+        return Verdict("bad", "Matched, but not accepted", f"{detail} The project asks for at least {limit}.")
+    lost = [image["id"] for image in content["images"] if not image["in_matched_project"]]
+    if lost:
+        where = f"Nothing was matched in {plural(len(lost), 'image')}: matched.yaml leaves them out."
+        return Verdict("warning", "Matched, but not in every image", f"{detail} {where}")
+    if any(problem["severity"] != "info" for problem in content["problems"]):
+        return Verdict("warning", "Matched, with warnings", detail)
+    return Verdict("good", "Matched and accepted" if content["acceptance"] else "Matched", detail)
+
+
+def match_facts(content: dict[str, Any]) -> Facts:
+    """The few numbers on top."""
+    counts = content["counts"]
+    items = [
+        Fact(
+            "Matched",
+            percent(counts["share"]),
+            f"{counts['matched']} of {counts['points']}",
+            number=counts["share"],
+        ),
+        Fact("Images", f"{counts['images']}", f"{counts['images_oriented']} with a new orientation"),
+    ]
+    if counts["chains"]:
+        whole = f"{counts['chains_matched_whole']} whole, {counts['chains_matched_in_part']} in part"
+        items.append(Fact("Chains", f"{counts['chains']}", f"{whole}, {counts['chains_unmatched']} not"))
+    used = sum(spline["points"] > 0 for spline in content["splines"])
+    items.append(Fact("Splines found", f"{used}", f"of {len(content['splines'])}"))
+    if counts["new_splines"]:
+        items.append(Fact("New splines", f"{counts['new_splines']}", "built from chains"))
+    last = next((step for step in reversed(content["history"]) if step["sigma0"] is not None), None)
+    if last is not None:
+        items.append(Fact("σ̂₀", f"{last['sigma0']:.4f}", "of the last round", number=last["sigma0"]))
+    return Facts(tuple(items), headline=True)
+
+
+def unmatched_section(content: dict[str, Any]) -> Section:
+    """Why points have no spline."""
+    reasons = content["reasons"]
+    if not reasons:
+        return Section("unmatched", "Unmatched points", (Note("Every image point has a spline."),))
+    total = sum(reasons.values())
+    rows = tuple(
+        (word, REASONS[word].replace("`", ""), number, 100.0 * number / total)
+        for word, number in reasons.items()
+    )
+    columns = (
+        Column("Reason", numeric=False),
+        Column("Meaning", numeric=False),
+        Column("Points"),
+        Column("Share", "%", 1),
+    )
+    table = Table("Reasons", columns, rows, source="unmatched_points.csv")
+    return Section("unmatched", "Unmatched points", (table,))
+
+
+def images_section(content: dict[str, Any]) -> Section:
+    """Figures of every image, and drawings of those with the smallest share."""
+    images = content["images"]
+    position = length_scale([image["moved_m"] for image in images])
+    columns = (
+        Column("Image", numeric=False),
+        Column("Points"),
+        Column("Matched"),
+        Column("Share", "%", 1),
+        Column("Orientation", numeric=False),
+        Column("Moved", position.unit, position.decimals, help="from the given perspective centre"),
+        Column("Turned", "°", 4, help="from the given angles"),
+        Column("Most frequent reason", numeric=False),
+    )
+    rows = tuple(
+        (
+            image["id"],
+            image["points"],
+            image["matched"],
+            None if image["share"] is None else 100.0 * image["share"],
+            _orientation(image),
+            position.of(image["moved_m"]),
+            image["turned_deg"],
+            max(image["reasons"], key=image["reasons"].get) if image["reasons"] else "",
+        )
+        for image in images
+    )
+    marked = frozenset(k for k, image in enumerate(images) if not image["in_matched_project"])
+    blocks: list[Block] = [Table("Images", columns, rows, marked, source="match.json")]
+    drawn = drawn_images(images)
+    if drawn:
+        shown = f"; the {SHOWN} images with the smallest matched share first" if len(drawn) > SHOWN else ""
+        caption = (
+            "Chains of every image over the splines as the image sees them with the orientation found"
+            + shown
+            + ". "
+            "Point at a chain for its name, its spline, or the reason why it has none."
+        )
+        worst = images[drawn[0]]
+        alt = (
+            f"Chains of {plural(len(drawn), 'image')}, matched and unmatched; smallest share "
+            f"{percent(worst['share'])} in image {worst['id']}"
+        )
+        blocks.append(FigureBlock("match_images", caption, alt))
+    return Section("images", "Images", tuple(blocks))
+
+
+def _orientation(image: dict[str, Any]) -> str:
+    if not image["in_matched_project"]:
+        return "left out"
+    return "found" if image["oriented"] else "as given"
+
+
+def splines_section(content: dict[str, Any]) -> Section:
+    """What was matched to every spline."""
+    columns = (
+        Column("Spline", numeric=False),
+        Column("Role", numeric=False),
+        Column("Points"),
+        Column("Images"),
+        Column("Chains"),
+        Column("RMS distance", "σ", 2, help="across the spline, over the predicted σ of the distance"),
+        Column("New", numeric=False),
+    )
+    rows = tuple(
+        (
+            spline["id"],
+            spline["role"],
+            spline["points"],
+            spline["images"],
+            spline["chains"],
+            spline["rms_distance"],
+            "new" if spline["new"] else "",
+        )
+        for spline in content["splines"]
+    )
+    if not rows:
+        return Section("splines", "Splines", ())
+    marked = frozenset(k for k, spline in enumerate(content["splines"]) if not spline["points"])
+    note = "Marked: nothing was matched to the spline." if marked else ""
+    return Section(
+        "splines", "Splines", (Table("Matched splines", columns, rows, marked, "match.json", note=note),)
+    )
+
+
+def ambiguity_section(content: dict[str, Any]) -> Section:
+    """How clear the matches are."""
+    found = content["ambiguity"]
+    matched = content["counts"]["matched"]
+    if not matched:
+        return Section("ambiguity", "Ambiguity", ())
+    near = sum(found["points"])
+    if not near:
+        text = "No matched point had a second spline inside of its gate."
+        return Section("ambiguity", "Ambiguity", (Note(text),))
+    limit = found["close_from"]
+    items = (
+        Fact("Only one spline near", f"{found['alone']}", "points"),
+        Fact("A second spline near", f"{near}", "points"),
+        Fact("Close decisions", f"{found['close']}", f"ratio of the distances above {limit:g}"),
+    )
+    caption = (
+        "Matched points that have a second spline inside of the gate, by the distance from the chosen spline over that "
+        f"from the next one: 0 is clear, 1 is a guess. Beyond {limit:g} (dashed) look at the images."
+    )
+    alt = f"Histogram of the ratio of distances of {near} points; {found['close']} beyond {limit:g}"
+    return Section("ambiguity", "Ambiguity", (Facts(items), FigureBlock("ambiguity", caption, alt)))
+
+
+def history_section(content: dict[str, Any]) -> Section:
+    """Rounds of matching and adjustment."""
+    log = content["history"]
+    if not log:
+        return Section("history", "Gate history", ())
+    columns = (
+        Column("Stage", numeric=False),
+        Column("Round"),
+        Column("Gate", "px", 2, help="median half width; mm where a camera has no pixel size"),
+        Column("Matched"),
+        Column("Changed", help="points with another spline than in the round before"),
+        Column("σ̂₀", "", 4),
+        Column("Largest step", "m", 4, help="of a perspective centre"),
+        Column("Largest turn", "°", 5),
+    )
+    rows: Sequence[tuple[Cell, ...]] = tuple(
+        (
+            step["stage"],
+            step["number"],
+            step["gate_px"],
+            step["matched"],
+            step["changed"],
+            step["sigma0"],
+            step["position_step_m"],
+            step["angle_step_deg"],
+        )
+        for step in log
+    )
+    last = log[-1]
+    caption = "Every round matches inside of a gate and adjusts; the gate follows the precision that is predicted then."
+    gate = "" if last["gate_px"] is None else f"; the gate ends at {last['gate_px']:.2g} px"
+    alt = f"{plural(len(log), 'round')}: {last['matched']} points matched at the end{gate}"
+    table = Table("Rounds", columns, rows, source="match.json", folded=len(log) > 12)
+    return Section("history", "Gate history", (FigureBlock("gate_history", caption, alt), table))
+
+
+def settings_section(content: dict[str, Any]) -> Section:
+    """The settings by their keys."""
+    items = tuple(
+        Fact(key, "–" if value is None else str(value).lower() if isinstance(value, bool) else f"{value:g}")
+        for key, value in content["settings"].items()
+    )
+    return Section("settings", "Settings", (Facts(items),))
