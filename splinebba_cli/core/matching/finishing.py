@@ -57,9 +57,7 @@ def finished(
     gross = np.zeros(len(context.usable), dtype=bool)
     found, solved, kept = context.label(progress, curves), None, start.known
     for _ in range(GROSS_ROUNDS):
-        labels, kept = context.taken(
-            np.where(gross, -1, found.matches.curve), found.matches.location, curves
-        )
+        labels, kept = context.taken(np.where(gross, -1, found.matches.curve), found.matches.location, curves)
         progress = replace(progress, labels=labels)
         if not len(labels.rows):
             break
@@ -76,9 +74,7 @@ def finished(
         if not (beyond & ~gross).any():
             break
         gross |= beyond
-    seen = np.bincount(
-        context.network.unlabelled.image[progress.labels.rows], minlength=len(weak)
-    )
+    seen = np.bincount(context.network.unlabelled.image[progress.labels.rows], minlength=len(weak))
     oriented = (seen > 0) & ~weak & start.prior.known & (solved is not None)
     return Known(
         state=_state(context, progress.state, weak | (seen == 0)),

@@ -55,7 +55,9 @@ class KnownCurves:
 
     def samples(self, count: int, least: int = 1) -> CurveSamples:
         """About `count` samples, at least `least` on every segment."""
-        each = np.maximum(np.ceil(count * self._length / max(self.total_length, 1e-300)), least).astype(np.int64)
+        each = np.maximum(np.ceil(count * self._length / max(self.total_length, 1e-300)), least).astype(
+            np.int64
+        )
         row = np.repeat(np.arange(len(each)), each)
         t = (np.arange(len(row)) - np.repeat(np.cumsum(each) - each, each) + 0.5) / each[row]
         segment = self._segment[row]

@@ -48,7 +48,9 @@ class _Matched:
 class Refiner:
     """Refinement of orientations of one image."""
 
-    def __init__(self, chains: ImageChains, samples: CurveSamples, tolerance: float, most_points: int) -> None:
+    def __init__(
+        self, chains: ImageChains, samples: CurveSamples, tolerance: float, most_points: int
+    ) -> None:
         self.chains, self.samples = chains, samples
         self._cosine = np.cos(tolerance)
         usable = np.flatnonzero(np.isfinite(chains.direction).all(axis=1))
@@ -92,7 +94,9 @@ class Refiner:
         distance = np.sum(offset * across, axis=2)
         along = np.abs(np.sum(offset * unit[near], axis=2))
         parallel = np.abs(np.sum(unit[near] * chains.direction[points, None], axis=2)) > self._cosine
-        fits = np.isfinite(away) & (np.abs(distance) < gate) & (along < 1.5 * half[near] + 0.5 * gate) & parallel
+        fits = (
+            np.isfinite(away) & (np.abs(distance) < gate) & (along < 1.5 * half[near] + 0.5 * gate) & parallel
+        )
         row = np.flatnonzero(fits.any(axis=1))
         if len(row) < FEWEST:
             return None
@@ -136,7 +140,9 @@ class Refiner:
         normal = matched.design.T @ matched.design / chains.sigma**2
         scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
         cofactor = np.linalg.pinv(normal * scale * scale[:, None], rcond=1e-13) * scale * scale[:, None]
-        predicted = np.sqrt(np.maximum(np.einsum("ki,ij,kj->k", matched.design, cofactor, matched.design), 0.0))
+        predicted = np.sqrt(
+            np.maximum(np.einsum("ki,ij,kj->k", matched.design, cofactor, matched.design), 0.0)
+        )
         return FittedOrientation(
             rotation=rotation,
             position=position,

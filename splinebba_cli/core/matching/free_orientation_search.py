@@ -56,7 +56,13 @@ class ImageSearch:
     """The search in one image."""
 
     def __init__(
-        self, chains: ImageChains, known: KnownCurves, ends: Places, prior: PriorFilter, tolerance: float, seed: int
+        self,
+        chains: ImageChains,
+        known: KnownCurves,
+        ends: Places,
+        prior: PriorFilter,
+        tolerance: float,
+        seed: int,
     ) -> None:
         self.chains, self.known, self.prior = chains, known, prior
         self._ends = ends
@@ -77,7 +83,12 @@ class ImageSearch:
         for batch in self._batches():
             self._try(*batch)
             result = self.result()
-            if result.explains and result.unique and result.best is not None and result.best.score > SURE_SCORE:
+            if (
+                result.explains
+                and result.unique
+                and result.best is not None
+                and result.best.score > SURE_SCORE
+            ):
                 break
         return self.result()
 

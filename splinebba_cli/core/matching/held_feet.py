@@ -71,7 +71,12 @@ class HeldPoints:
 
 
 def at_feet(
-    points: HeldPoints, curves: CurveSet, coefficients: FloatArray, u: FloatArray, prepared: Prepared, state: State
+    points: HeldPoints,
+    curves: CurveSet,
+    coefficients: FloatArray,
+    u: FloatArray,
+    prepared: Prepared,
+    state: State,
 ) -> tuple[FloatArray, FloatArray, Prepared]:
     """Foot points of held points at a state, their places in the object, and the network observed across curves there.
 

@@ -14,6 +14,7 @@ from splinebba_cli.core.matching.finishing import Known
 from splinebba_cli.core.matching.known_curves import match_known_curves
 from splinebba_cli.core.matching.labelled_network import with_labels
 from splinebba_cli.core.matching.matches import MatchResult
+from splinebba_cli.core.matching.new_curves import WithNewCurves, with_new_curves
 from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.core.network import Curve, FloatArray, Network
 from splinebba_cli.core.quality.orientation_dispersion import eop_dispersion
@@ -41,15 +42,23 @@ def match(
     _log.info("matching against given curves")
     known = match_known_curves(network, settings, observer=observer)
     improved = _improved(network, known)
+    timings = {"known_curves_s": time.perf_counter() - begin}
+    found = WithNewCurves(improved, known.matches, (), ())
+    if settings.new_curves:
+        _log.info("building curves")
+        begin = time.perf_counter()
+        found = with_new_curves(improved, known.state, known.matches, settings)
+        timings["new_curves_s"] = time.perf_counter() - begin
     return MatchResult(
-        network=with_labels(improved, known.matches.curve, known.matches.location),
+        network=with_labels(found.network, found.matches.curve, found.matches.location),
         given=network,
-        matches=known.matches,
+        matches=found.matches,
         oriented=known.oriented,
         eop_dispersion=_dispersion(improved, known),
         history=known.history,
-        problems=known.problems,
-        timings={"known_curves_s": time.perf_counter() - begin},
+        built=found.built,
+        problems=(*known.problems, *found.problems),
+        timings=timings,
     )
 
 

@@ -101,9 +101,7 @@ def likely_shifts(
     angle = view.angle[points]
     if np.isfinite(angle).any():
         along = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        sine = np.abs(
-            along[:, :1] * seen.direction[visible, 1] - along[:, 1:] * seen.direction[visible, 0]
-        )
+        sine = np.abs(along[:, :1] * seen.direction[visible, 1] - along[:, 1:] * seen.direction[visible, 0])
         inside &= np.isnan(angle)[:, None] | (sine <= np.sin(view.direction_tolerance))
     flat = place[inside] @ np.array([shape[1], 1])
     votes = np.bincount(flat, minlength=int(shape.prod())).astype(float).reshape(shape)

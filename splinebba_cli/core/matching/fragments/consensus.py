@@ -39,9 +39,7 @@ class Depths:
         return len(self.point)
 
 
-def agreed_depths(
-    found: Hypotheses, partners: IntArray, depths: FloatArray, gate: float
-) -> Depths:
+def agreed_depths(found: Hypotheses, partners: IntArray, depths: FloatArray, gate: float) -> Depths:
     """Alternative depths of the points of one image.
 
     Parameters
@@ -106,7 +104,9 @@ def _agreement(
     return np.abs(z), (np.abs(z) < gate) & (np.abs(slope) < gate)
 
 
-def _states(found: Hypotheses, member: IntArray, worth: FloatArray, index: IntArray, start: IntArray) -> Depths:
+def _states(
+    found: Hypotheses, member: IntArray, worth: FloatArray, index: IntArray, start: IntArray
+) -> Depths:
     """The best depths of every point; a hypothesis that a better one has gathered gives none of its own."""
     order = np.lexsort((-worth, index))
     taken = np.zeros(len(found), dtype=bool)

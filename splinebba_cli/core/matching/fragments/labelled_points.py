@@ -84,7 +84,12 @@ def label_points(
     for points, state, agreed, found, joined, single in in_threads(of_image, images):
         has = state >= 0
         own, state = points[has], state[has]
-        value[:, own] = agreed.depth[state], agreed.sigma[state], agreed.slope[state], agreed.slope_sigma[state]
+        value[:, own] = (
+            agreed.depth[state],
+            agreed.sigma[state],
+            agreed.slope[state],
+            agreed.slope_sigma[state],
+        )
         joined_all[points], single_all[points] = joined & has, single
         member = agreed.member[state]
         row, column = np.nonzero(member >= 0)

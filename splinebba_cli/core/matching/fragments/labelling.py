@@ -109,7 +109,9 @@ def _transition(table: _Table, now: IntArray, step: FloatArray) -> tuple[FloatAr
     )  # fmt: skip
     jump = 0.5 * z**2
     same = np.zeros(jump.shape, dtype=bool)
-    for one, two in zip(table.piece[before].transpose(2, 0, 1), table.piece[now].transpose(2, 0, 1), strict=True):
+    for one, two in zip(
+        table.piece[before].transpose(2, 0, 1), table.piece[now].transpose(2, 0, 1), strict=True
+    ):
         same |= (one[:, :, None] == two[:, None]) & (one[:, :, None] >= 0)
     smooth[:, :NONE, :NONE] = jump < BREAK
     cost[:, :NONE, :NONE] = np.where(jump < BREAK, jump - SHARED * same, BREAK)

@@ -57,7 +57,13 @@ def links_of(
 
 
 def _near_steps(
-    views: Views, chains: TracedChains, image: int, own: IntArray, xyz: FloatArray, steps: IntArray, gate: float
+    views: Views,
+    chains: TracedChains,
+    image: int,
+    own: IntArray,
+    xyz: FloatArray,
+    steps: IntArray,
+    gate: float,
 ) -> tuple[IntArray, IntArray]:
     """Pairs of a chain point of an image and a step of a fragment that passes near, (q,) each."""
     xy = views.project(np.full(len(xyz), image), xyz)

@@ -91,7 +91,9 @@ def _pieces(image: IntArray, chain: IntArray, xy: FloatArray, sigma: FloatArray)
     group = np.concatenate([[0], np.cumsum(~same)])
     step = np.diff(xy, axis=0)
     length = np.linalg.norm(step, axis=1)
-    cut = ~same | (length > JUMP * _ninth_decile(group[1:][same], length[same], int(group[-1]) + 1)[group[1:]])
+    cut = ~same | (
+        length > JUMP * _ninth_decile(group[1:][same], length[same], int(group[-1]) + 1)[group[1:]]
+    )
     moves = length > STANDING * sigma[1:]
     back = np.sum(step[1:] * step[:-1], axis=1) < 0.0
     cut[1:] |= back & moves[1:] & moves[:-1]

@@ -15,9 +15,7 @@ from splinebba_cli.core.network import BoolArray, FloatArray
 SAMPLES = 7  # places of a fragment that are looked at
 
 
-def seeing_share(
-    views: Views, frames: Frames, xyz: FloatArray, seen: BoolArray
-) -> float:
+def seeing_share(views: Views, frames: Frames, xyz: FloatArray, seen: BoolArray) -> float:
     """Share of the images that see a fragment among those that should.
 
     Parameters
@@ -40,9 +38,7 @@ def seeing_share(
     return found / (found + missing) if found else 0.0
 
 
-def third_image_possible(
-    views: Views, frames: Frames, xyz: FloatArray, pair: BoolArray
-) -> BoolArray:
+def third_image_possible(views: Views, frames: Frames, xyz: FloatArray, pair: BoolArray) -> BoolArray:
     """Places that the frame of an image beside a pair holds, (k,).
 
     Parameters

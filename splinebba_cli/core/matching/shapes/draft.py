@@ -79,7 +79,9 @@ class Draft:
                 curve_observations=select_rows(network.curve_observations, kept),
             )
         )
-        state = replace(self.state, location=self.state.location[kept], coefficients=initial_coefficients(prepared))
+        state = replace(
+            self.state, location=self.state.location[kept], coefficients=initial_coefficients(prepared)
+        )
         return Draft(prepared, state, self.row[kept])
 
     def solved(self) -> Draft:

@@ -72,9 +72,7 @@ def point_spacing(draft: Draft) -> FloatArray:
     return found
 
 
-def _on_domain(
-    curve: Curve, basis: CurveBasis, coefficients: FloatArray, low: float, high: float
-) -> Curve:
+def _on_domain(curve: Curve, basis: CurveBasis, coefficients: FloatArray, low: float, high: float) -> Curve:
     """An open natural spline that begins and ends elsewhere; corners inside stay."""
     breaks = basis.break_points
     corners = breaks[list(curve.breaks)]

@@ -91,7 +91,9 @@ def joined_strands(strands: list[Strand], chain: IntArray, image: IntArray) -> l
         if k not in done:
             path, ring = _path(k, links)
             done.update(number for number, _ in path)
-            found.append(_end_to_end([strands[n] if forward else strands[n].reversed() for n, forward in path], ring))
+            found.append(
+                _end_to_end([strands[n] if forward else strands[n].reversed() for n, forward in path], ring)
+            )
     return found
 
 
@@ -204,7 +206,9 @@ def _chain_joints(strands: list[Strand], chain: IntArray) -> dict[tuple[int, int
     order = np.lexsort((owner, row))
     row, owner, low = row[order], owner[order], low[order]
     crossing: dict[tuple[int, int], dict[int, int]] = {}
-    step = np.flatnonzero((owner[1:] != owner[:-1]) & (chain[row[1:]] == chain[row[:-1]]) & (chain[row[1:]] >= 0))
+    step = np.flatnonzero(
+        (owner[1:] != owner[:-1]) & (chain[row[1:]] == chain[row[:-1]]) & (chain[row[1:]] >= 0)
+    )
     for k in step.tolist():
         ends = [2 * int(owner[n]) + int(low[n] > 0.5) for n in (k, k + 1)]
         if max(min(low[n], 1.0 - low[n]) for n in (k, k + 1)) > 0.15:

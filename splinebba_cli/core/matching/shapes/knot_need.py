@@ -73,7 +73,9 @@ def wanted_knots(draft: Draft, tolerance: float, only: BoolArray, most: int | No
     found: list[FloatArray] = []
     for k in range(len(draft.curves)):
         start, stop = int(curves.segment_start[k]), int(curves.segment_start[k + 1])
-        chosen = start + np.flatnonzero(worst[start:stop] > tolerance) if only[k] else np.zeros(0, dtype=np.int64)
+        chosen = (
+            start + np.flatnonzero(worst[start:stop] > tolerance) if only[k] else np.zeros(0, dtype=np.int64)
+        )
         chosen = chosen[np.argsort(-worst[chosen], kind="stable")]
         new: list[float] = []
         for s in chosen.tolist():
@@ -107,7 +109,9 @@ def _apart(new: FloatArray, basis: CurveBasis) -> FloatArray:
 
 def _divided(draft: Draft, new: list[FloatArray]) -> tuple[Curve, ...]:
     return tuple(
-        with_knots(present_curve(draft.prepared, k, draft.coefficients_of(k)), basis, draft.coefficients_of(k), own)
+        with_knots(
+            present_curve(draft.prepared, k, draft.coefficients_of(k)), basis, draft.coefficients_of(k), own
+        )
         for k, (basis, own) in enumerate(zip(draft.prepared.curves.bases, new, strict=True))
     )
 

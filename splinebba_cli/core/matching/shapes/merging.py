@@ -58,7 +58,11 @@ def _laid_along(present: Strand, other: Strand) -> Strand:
     """Both as one, with locations along the first."""
     feet = feet_on_polyline(present.line, other.line, closed=present.closed)
     index = np.arange(len(present.location) + present.closed)
-    table = np.append(present.location, present.location[0] + present.period) if present.closed else present.location
+    table = (
+        np.append(present.location, present.location[0] + present.period)
+        if present.closed
+        else present.location
+    )
     along = np.interp(feet.place, index, table)
     if present.closed:
         along = _unwrapped(along, present.period)
@@ -71,7 +75,10 @@ def _laid_along(present: Strand, other: Strand) -> Strand:
     link = np.interp(other.link_location, own, location)
     if present.closed:
         low = present.location[0]
-        location, link = low + np.mod(location - low, present.period), low + np.mod(link - low, present.period)
+        location, link = (
+            low + np.mod(location - low, present.period),
+            low + np.mod(link - low, present.period),
+        )
     new = ~np.isin(other.link_row, present.link_row)
     order = np.argsort(np.concatenate([present.location, location]), kind="stable")
     joined = {

@@ -59,7 +59,12 @@ class Strand:
     def places(self) -> Places:
         """What a spline is fitted to."""
         return Places(
-            self.location, self.xyz, self.dispersion, self.closed, self.period, self.corners,
+            self.location,
+            self.xyz,
+            self.dispersion,
+            self.closed,
+            self.period,
+            self.corners,
             self.spacing,
         )
 

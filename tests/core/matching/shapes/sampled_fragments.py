@@ -48,8 +48,20 @@ def sampled_fragments(
                 continue
             xyz = prepared.curves.evaluate(state.coefficients, curve[places], location[places])[0]
             dispersion = place_dispersion(network, prepared, state, order[places], own_images(image[own]))
-            noise = np.linalg.cholesky(dispersion + 1e-12 * np.eye(3)) @ generator.normal(size=(len(places), 3, 1))
-            fragments += list(_pieces(xyz + noise[:, :, 0], dispersion, location[places], own, location[own], gap, int(reference)))
+            noise = np.linalg.cholesky(dispersion + 1e-12 * np.eye(3)) @ generator.normal(
+                size=(len(places), 3, 1)
+            )
+            fragments += list(
+                _pieces(
+                    xyz + noise[:, :, 0],
+                    dispersion,
+                    location[places],
+                    own,
+                    location[own],
+                    gap,
+                    int(reference),
+                )
+            )
     return fragments
 
 
@@ -80,7 +92,9 @@ def place_dispersion(
         n = np.stack([-b[:, 1], b[:, 0]], axis=1) / np.linalg.norm(b, axis=1, keepdims=True)
         g = np.einsum("nr,nri->ni", n, a)
         normal += g[:, :, None] * g[:, None, :]
-    return np.asarray(np.linalg.inv(normal + 1e-4 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(3) / 3.0))
+    return np.asarray(
+        np.linalg.inv(normal + 1e-4 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(3) / 3.0)
+    )
 
 
 def _pieces(
