@@ -123,8 +123,7 @@ def find_candidates(scene: Scene, radius: FloatArray, points: IntArray | None = 
         One for every curve and every branch of it that has a local minimum of the distance inside the radius.
     """
     points = np.arange(len(scene.image)) if points is None else points
-    oriented = np.isfinite(scene.rotation).all(axis=(1, 2))
-    oriented &= np.isfinite(scene.position).all(axis=1)
+    oriented: BoolArray = np.isfinite(scene.rotation.sum(axis=(1, 2)) + scene.position.sum(axis=1))
     search = _Search.of(scene, radius, points[oriented[scene.image[points]]])
     images = np.unique(scene.image[search.grid.points])
     image, group = search.groups.seen(scene, search.window, images)
