@@ -48,6 +48,13 @@ def test_a_root_where_an_interval_is_halved_is_not_lost(at: float) -> None:
     np.testing.assert_allclose(found(-b), [at], atol=1e-12)
 
 
+def test_a_root_exactly_in_the_middle_is_not_lost() -> None:
+    """Antisymmetric coefficients: 0 at 1/2 to the last digit, and no change of sign is left on either side of it."""
+    b = np.array([1.0, -6.0, -1.0, -1.0, 1.0, 1.0, 6.0, -1.0])[:, None]
+    assert found(b).tolist() == [0.5]
+    assert len(found(-b)) == 2
+
+
 @pytest.mark.parametrize("at", [0.5, 0.3])
 def test_multiple_roots(at: float) -> None:
     """A polynomial that touches 0 does not rise through it; a triple root is one, as well as its noise allows."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,11 +14,13 @@ from splinebba_cli.core.matching.span_groups import SpanGroups
 from tests.core.matching.scenes import DISTANCE, many_curves, scene_of, tilted_images
 
 
-@pytest.mark.parametrize("size", [0.3, 5.0, 1000.0])
-def test_every_place_in_the_window_lies_in_a_hull(size: float) -> None:
-    none = np.zeros(0, dtype=np.int64)
+@pytest.mark.parametrize(("size", "error"), [(5.0, 0.0), (0.3, 0.2), (1000.0, 0.0)])
+def test_every_place_in_the_window_lies_in_a_hull(size: float, error: float) -> None:
+    """Also of curves that are up to `error` metres away from their spans."""
+    none, g = np.zeros(0, dtype=np.int64), np.random.default_rng(4)
     scene = scene_of(many_curves(2), none, np.zeros((0, 2)), *tilted_images(2))
     spans = CubicSpans.of(scene.curves, scene.polynomials)
+    spans = replace(spans, error=spans.error + error)
     window = Window(np.full((2, 3), -30.0), np.array([[40.0] * 3, [35.0] * 3]), np.full(3, size))
     groups = SpanGroups.of(spans, scene.curves)
     image, group = groups.seen(scene, window, np.arange(3))
@@ -25,18 +29,19 @@ def test_every_place_in_the_window_lies_in_a_hull(size: float) -> None:
     pieces = projected_pieces(scene, spans, window, image[which], span)
     cut = np.isfinite(pieces.deviation)
     assert cut.sum() > 0.9 * len(pieces)
-    assert ((pieces.high - pieces.low).max(axis=0)[cut] <= size).all()
+    assert (pieces.extent[cut] <= size).all()
+    owner = np.repeat(np.arange(len(scene.curves.bases)), np.diff(scene.curves.segment_start))
+    begin = spans.begin[pieces.span] + spans.width[pieces.span] * pieces.begin
+    width = spans.width[pieces.span] * pieces.width
     seen = 0
     for k, part in np.ndindex(3, 40):
-        t = np.full(len(scene.curves.left), (part + 0.37) / 40.0)
-        segment = np.arange(len(t))
-        xyz = scene.curves.derivatives(scene.polynomials, segment, t)[0]
+        t = np.full(len(owner), (part + 0.37) / 40.0)
+        xyz = scene.curves.derivatives(scene.polynomials, np.arange(len(t)), t)[0]
+        away = g.normal(size=xyz.shape)
+        xyz += error * away / np.linalg.norm(away, axis=1)[:, None]
         xy = project(np.full(len(t), DISTANCE), scene.rotation[k][None], scene.position[k], xyz)
-        owner = np.repeat(np.arange(len(scene.curves.bases)), np.diff(scene.curves.segment_start))
         inside = (xy >= window.low[:, k]).all(axis=1) & (xy <= window.high[:, k]).all(axis=1)
         for s in np.flatnonzero(inside & scene.curves.has_location[owner]):
-            begin = spans.begin[pieces.span] + spans.width[pieces.span] * pieces.begin
-            width = spans.width[pieces.span] * pieces.width
             own = (
                 (pieces.image == k)
                 & (spans.segment[pieces.span] == s)
@@ -46,7 +51,7 @@ def test_every_place_in_the_window_lies_in_a_hull(size: float) -> None:
             assert own.sum() == 1, (k, s, t[s])
             (row,) = np.flatnonzero(own)
             assert (xy[s] >= pieces.low[:, row] - 1e-9).all() and (xy[s] <= pieces.high[:, row] + 1e-9).all()
-            away = distance_to_chords(xy[s][:, None], *pieces.chord[:, :, [row]])
-            assert away[0] <= pieces.deviation[row] + 1e-9
+            off = distance_to_chords(xy[s][:, None], *pieces.chord[:, :, [row]])
+            assert off[0] <= pieces.deviation[row] + 1e-9
             seen += 1
     assert seen > 2000
