@@ -7,6 +7,7 @@ decided for every t.  The coefficients are the first axis of all arrays, what is
 
 from __future__ import annotations
 
+from functools import lru_cache
 from math import comb
 
 import numpy as np
@@ -16,26 +17,26 @@ from splinebba_cli.core.network import FloatArray
 
 def from_powers(powers: FloatArray) -> FloatArray:
     """Bernstein coefficients of sum_k a_k t^k, of the same shape (d + 1, ...)."""
-    degree = len(powers) - 1
-    matrix = np.array(
-        [
-            [comb(i, k) / comb(degree, k) if k <= i else 0.0 for k in range(degree + 1)]
-            for i in range(degree + 1)
-        ]
-    )
-    return np.asarray(np.tensordot(matrix, powers, axes=1))
+    return np.asarray(np.tensordot(_bernstein_of_powers(len(powers) - 1), powers, axes=1))
 
 
 def to_powers(b: FloatArray) -> FloatArray:
-    """Coefficients of the powers of t, of the same shape (d + 1, k)."""
-    degree = len(b) - 1
-    matrix = np.array(
-        [
-            [comb(degree, k) * comb(k, i) * (-1.0) ** (k - i) if i <= k else 0.0 for i in range(degree + 1)]
-            for k in range(degree + 1)
-        ]
-    )
-    return np.asarray(matrix @ b)
+    """Coefficients of the powers of t, of the same shape (d + 1, ...)."""
+    return np.asarray(np.tensordot(_powers_of_bernstein(len(b) - 1), b, axes=1))
+
+
+@lru_cache
+def _bernstein_of_powers(degree: int) -> FloatArray:
+    """b_i = sum_k C(i, k) / C(d, k) a_k."""
+    each = range(degree + 1)
+    return np.array([[comb(i, k) / comb(degree, k) for k in each] for i in each])
+
+
+@lru_cache
+def _powers_of_bernstein(degree: int) -> FloatArray:
+    """a_k = sum_i C(d, k) C(k, i) (-1)^(k - i) b_i."""
+    each = range(degree + 1)
+    return np.array([[comb(degree, k) * comb(k, i) * (-1.0) ** (k - i) for i in each] for k in each])
 
 
 def halves(b: FloatArray) -> tuple[FloatArray, FloatArray]:

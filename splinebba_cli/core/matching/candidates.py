@@ -110,11 +110,12 @@ class _Search:
 def find_candidates(scene: Scene, radius: FloatArray, points: IntArray | None = None) -> Candidates:
     """Foot points in the image on all curves that pass within a radius of measured points.
 
-    Curves and images that are not known (NaN) and curves without locations have none.
+    Curves, images and points that are not known (NaN) and curves without locations have none.  Memory grows with the
+    number of candidates: where radii are so large that points have dozens of them, look at points in parts.
 
     Parameters
     ----------
-    radius : (n,) mm, of every point of the scene
+    radius : (n,) finite, mm, of every point of the scene
     points : (k,) points that are looked at, default all
 
     Returns
@@ -123,9 +124,9 @@ def find_candidates(scene: Scene, radius: FloatArray, points: IntArray | None = 
         One for every curve and every branch of it that has a local minimum of the distance inside the radius.
     """
     points = np.arange(len(scene.image)) if points is None else points
-    oriented = np.isfinite(scene.rotation).all(axis=(1, 2))
-    oriented &= np.isfinite(scene.position).all(axis=1)
-    search = _Search.of(scene, radius, points[oriented[scene.image[points]]])
+    oriented = scene.rotation.sum(axis=(1, 2)) + scene.position.sum(axis=1)
+    known: BoolArray = np.isfinite(oriented[scene.image[points]] + scene.xy[points].sum(axis=1))
+    search = _Search.of(scene, radius, points[known])
     images = np.unique(scene.image[search.grid.points])
     image, group = search.groups.seen(scene, search.window, images)
     number = search.groups.last[group] - search.groups.first[group]

@@ -53,6 +53,7 @@ class ProjectedPieces:
     high: FloatArray  # (2, k)
     chord: FloatArray  # (2, 2, k) P_0 and P_3
     deviation: FloatArray  # (k,) mm from the chord; inf: unknown
+    extent: FloatArray  # (k,) longer side of the box, without the error of the span
 
     def __len__(self) -> int:
         return len(self.image)
@@ -62,6 +63,7 @@ class ProjectedPieces:
         return ProjectedPieces(
             self.image[rows], self.span[rows], self.begin[rows], self.width[rows], self.bezier[:, :, rows],
             self.low[:, rows], self.high[:, rows], self.chord[:, :, rows], self.deviation[rows],
+            self.extent[rows],
         )  # fmt: skip
 
 
@@ -97,8 +99,7 @@ def projected_pieces(
     for depth in range(DEEPEST + 1):
         parts = parts[~_outside(parts, window, scene.principal_distance)]
         pieces = _with_hulls(parts, window, scene.principal_distance, 0.5**depth)
-        size = pieces.high - pieces.low
-        final = (np.maximum(size[0], size[1]) <= window.size[parts.image]) | (depth == DEEPEST)
+        final = (pieces.extent <= window.size[parts.image]) | (depth == DEEPEST)
         done.append(pieces[final])
         parts = parts[~final]
         if not len(parts.image):
@@ -160,6 +161,7 @@ def _with_hulls(parts: _Parts, window: Window, distance: FloatArray, width: floa
         image, parts.span, parts.begin, np.full(len(image), width), parts.bezier,
         np.where(front, low - slack, window.low[:, image]), np.where(front, high + slack, window.high[:, image]),
         np.stack([p[0], p[3]]), np.where(front, bend + slack, np.inf),
+        np.where(front, np.maximum(high[0] - low[0], high[1] - low[1]), np.inf),
     )  # fmt: skip
 
 
@@ -183,4 +185,4 @@ def _joined(pieces: list[ProjectedPieces]) -> ProjectedPieces:
     )
 
 
-_FIELDS = ("image", "span", "begin", "width", "bezier", "low", "high", "chord", "deviation")
+_FIELDS = ("image", "span", "begin", "width", "bezier", "low", "high", "chord", "deviation", "extent")

@@ -92,9 +92,12 @@ def test_only_chosen_points_oriented_images_and_known_curves_are_looked_at() -> 
     rotation, polynomials = scene.rotation.copy(), scene.polynomials.copy()
     rotation[1] = np.nan
     polynomials[slice(*scene.curves.segment_start[1:3])] = np.nan
+    xy = scene.xy.copy()
+    xy[4] = np.nan
     chosen = np.arange(0, 120, 2)[::-1]
-    some = find_candidates(replace(scene, rotation=rotation, polynomials=polynomials), radius, chosen)
+    some = find_candidates(replace(scene, rotation=rotation, polynomials=polynomials, xy=xy), radius, chosen)
     kept = (everything.point % 2 == 0) & (scene.image[everything.point] != 1) & (everything.curve != 1)
+    kept &= everything.point != 4
     assert kept.any() and not kept.all()
     np.testing.assert_array_equal(some.point, everything.point[kept])
     np.testing.assert_allclose(some.location, everything.location[kept], rtol=1e-12)
