@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from splinebba_cli.core.camera.collinearity import project_with_jacobian
 from splinebba_cli.core.matching.candidates import Candidates, find_candidates
@@ -50,7 +50,7 @@ def gate_candidates(
     alpha : share of right points that the gate loses
     tolerance : rad, of directions
     """
-    limit = float(chi2.isf(alpha, 1))
+    limit = float(chdtri(1, alpha))
     candidates = find_candidates(scene, _radius(scene, uncertainty, limit))
     parts = [
         _variances(scene, uncertainty, candidates, slice(begin, begin + CHUNK))

@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from splinebba_cli.core.matching.chain_directions import ChainOrder
 from splinebba_cli.core.matching.gates import Gated
@@ -68,7 +68,7 @@ def find_runs(scene: Scene, gated: Gated, chains: ChainOrder, label: IntArray, a
     length = np.ones(len(scene.image), dtype=np.int64)
     length[chains.order] = chains.end - chains.begin
     enough = size >= np.minimum(FEWEST, np.ceil(SHARE * length[start]))
-    centred = own.mean**2 <= chi2.isf(alpha, 1) * own.mean_variance
+    centred = own.mean**2 <= chdtri(1, alpha) * own.mean_variance
     level = np.abs(slope) <= SLOPE + SLOPE_SIGMA * slope_sigma
     return Runs(
         of_point=of_point,
