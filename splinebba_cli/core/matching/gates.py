@@ -86,7 +86,7 @@ def _variances(
     )
     normal = np.column_stack([-tangent[:, 1], tangent[:, 0]])
     across = np.sum(normal * offset, axis=1)
-    beyond = np.where(candidates.at_end[rows], np.abs(np.sum(tangent * offset, axis=1)), 0.0)
+    beyond = np.sum(tangent * offset, axis=1)  # 0 but at ends and corners
     g = np.matmul(normal[:, None, :], jacobian.orientation)[:, 0]
     of_images = uncertainty.of_images(image, g)
     h = np.matmul(normal[:, None, :], jacobian.object_xyz)[:, 0]
