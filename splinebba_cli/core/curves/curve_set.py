@@ -91,6 +91,11 @@ class CurveSet:
         return segment, (wrapped - self.left[segment]) / self.length[segment]
 
     @cached_property
+    def owner(self) -> IntArray:
+        """Curve of every segment, (S,)."""
+        return np.repeat(np.arange(len(self.bases)), np.diff(self.segment_start))
+
+    @cached_property
     def shaped(self) -> tuple[int, ...]:
         """Curves with shape conditions."""
         return tuple(k for k, basis in enumerate(self.bases) if len(basis.shape_forms))

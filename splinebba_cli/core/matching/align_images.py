@@ -20,7 +20,8 @@ from splinebba_cli.core.result import Problem
 _log = logging.getLogger(__name__)
 
 POINTS = 600  # of an image that take part
-SAMPLES = 20_000  # of curves that take part in one image
+SAMPLES = 4_000  # of curves in one image, about
+ROUGHLY = 50_000  # samples of all curves that tell which of them an image sees
 LOOKED_AT = 100  # points that decide whether an image is aligned
 DOUBTFUL = 0.1  # share of points with several curves inside the prior
 GATE = 3.3  # standard deviations
@@ -40,9 +41,10 @@ def aligned(context: LoopContext, progress: Progress) -> tuple[Progress, tuple[P
     state, eop = progress.state, progress.uncertainty.eop.copy()
     rotation, position = state.rotation.copy(), state.position.copy()
     spread = progress.uncertainty.largest_in_photo(scene)
+    rough = _rough_samples(context, scene)
     for image in np.unique(scene.image[context.usable]).tolist():
         rows = np.flatnonzero((scene.image == image) & context.usable)
-        view = _view(context, scene, directions, rows, image, float(spread[image]), generator)
+        view = _view(context, scene, directions, rows, image, float(spread[image]), rough)
         guessed = bool(context.start.prior.guessed[image])
         if not len(view.samples) or not (guessed or _doubtful(view, scene, image, float(spread[image]))):
             continue
@@ -63,38 +65,46 @@ def aligned(context: LoopContext, progress: Progress) -> tuple[Progress, tuple[P
 
 def _view(
     context: LoopContext, scene: Scene, directions: Directions, rows: IntArray, image: int, spread: float,
-    generator: np.random.Generator,
+    samples: CurveSamples,
 ) -> ImageView:  # fmt: skip
     """Some points of an image, and the curves near them."""
     if len(rows) > POINTS:
         rows = rows[np.linspace(0, len(rows) - 1, POINTS).astype(np.int64)]
     sigma = 1.0 / np.sqrt(np.abs(np.linalg.det(scene.whitening[rows])))
-    curves = context.start.shaped
-    depth = _depth(scene, image)
-    spacing = SPACING * float(np.median(sigma)) * depth / float(scene.principal_distance[image])
-    samples = CurveSamples.of(scene.curves, scene.coefficients, curves, spacing)
     view = ImageView(
         float(scene.principal_distance[image]), scene.xy[rows], sigma, directions.angle[rows],
         directions.sigma[rows], samples, context.start.shape_sigma[samples.curve],
         context.settings.direction_tolerance_rad,
     )  # fmt: skip
-    xy = view.seen(Pose(scene.rotation[image], scene.position[image])).xy
-    reach = MARGIN * float(np.ptp(view.xy, axis=0).max()) + GATE * spread
-    with np.errstate(invalid="ignore"):
-        near = ((xy >= view.xy.min(axis=0) - reach) & (xy <= view.xy.max(axis=0) + reach)).all(axis=1)
-    kept = np.flatnonzero(near)
-    if len(kept) > SAMPLES:
-        kept = np.sort(generator.choice(kept, SAMPLES, replace=False))
-    chosen = samples.select(kept)
+    pose = Pose(scene.rotation[image], scene.position[image])
+    near = _near(view, pose, spread)
+    if not len(near):
+        return replace(view, samples=samples.select(near), shape_sigma=np.zeros(0))
+    depth = float(np.median(np.linalg.norm(samples.xyz[near] - pose.position, axis=1)))
+    finest = SPACING * float(np.median(sigma)) * depth / view.principal_distance
+    spacing = max(finest, samples.spacing * len(near) / SAMPLES)
+    keep = np.zeros(len(scene.curves.bases), dtype=bool)
+    keep[samples.curve[near]] = True
+    view = replace(view, samples=CurveSamples.of(scene.curves, scene.coefficients, keep, spacing))
+    chosen = view.samples.select(_near(view, pose, spread))
     return replace(view, samples=chosen, shape_sigma=context.start.shape_sigma[chosen.curve])
 
 
-def _depth(scene: Scene, image: int) -> float:
-    """Typical distance of an image from the curves, metres."""
-    curves = scene.curves
-    owner = np.repeat(np.arange(len(curves.bases)), np.diff(curves.segment_start))
-    middle = scene.curves.evaluate(scene.coefficients, owner, curves.left + 0.5 * curves.length)[0]
-    return float(np.nanmedian(np.linalg.norm(middle - scene.position[image], axis=1)))
+def _rough_samples(context: LoopContext, scene: Scene) -> CurveSamples:
+    """Samples of all curves, about as many as wanted."""
+    ends = scene.curves.segment_polynomials(scene.coefficients)[context.start.shaped[scene.curves.owner]]
+    chords = np.linalg.norm(ends[:, 1:4].sum(axis=1), axis=1)
+    spacing = max(float(np.nansum(chords)) / ROUGHLY, 1e-9)
+    return CurveSamples.of(scene.curves, scene.coefficients, context.start.shaped, spacing)
+
+
+def _near(view: ImageView, pose: Pose, spread: float) -> IntArray:
+    """Samples that lie where the image has points, or near there."""
+    xy = view.seen(pose).xy
+    reach = MARGIN * float(np.ptp(view.xy, axis=0).max()) + GATE * spread
+    with np.errstate(invalid="ignore"):
+        near = ((xy >= view.xy.min(axis=0) - reach) & (xy <= view.xy.max(axis=0) + reach)).all(axis=1)
+    return np.flatnonzero(near)
 
 
 def _doubtful(view: ImageView, scene: Scene, image: int, spread: float) -> bool:

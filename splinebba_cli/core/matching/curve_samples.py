@@ -33,7 +33,7 @@ class CurveSamples:
         ----------
         keep : (nc,) which curves
         """
-        owner = np.repeat(np.arange(len(curves.bases)), np.diff(curves.segment_start))
+        owner = curves.owner
         segment = np.flatnonzero(keep[owner])
         t = np.linspace(0.0, 1.0, ROUGH + 1)
         u = curves.left[segment, None] + curves.length[segment, None] * t * (1.0 - 1e-12)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from splinebba_cli.core.matching.determined_images import undetermined_images
 from splinebba_cli.core.matching.label_round import LabelRound
@@ -23,6 +23,7 @@ from splinebba_cli.core.state import State
 
 ITERATIONS = 60
 GROSS_ROUNDS = 5
+LEAST = 0.1  # redundancy number of a point with which its residual still tells something
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ def finished(
             break
         progress = progress.after(solved, 1.0)
         found = context.label(progress, curves)
-        beyond = _gross(context, found, labels)
+        beyond = _gross(context, found, labels, start.held)
         if not (beyond & ~gross).any():
             break
         gross |= beyond
@@ -87,16 +88,23 @@ def finished(
     )
 
 
-def _gross(context: LoopContext, found: LabelRound, labels: Labels) -> BoolArray:
+def _gross(context: LoopContext, found: LabelRound, labels: Labels, held: BoolArray) -> BoolArray:
     """Labelled points whose standardised residual is no chance, (n,).
 
     A point that took part is nearer to its curve than one that did not: its residual has the variance of its noise
-    less that of the projected curve, not their sum.
+    less that of the projected curve, not their sum.  Of curves that are adjusted only an upper bound of the latter is
+    at hand (their correlation with the orientations is neglected), so that the variance of the noise counts.
+
+    Parameters
+    ----------
+    held : (nc,) curves that are not adjusted
     """
-    took_part = (labels.curve >= 0) & (labels.curve == found.matches.curve)
-    total, own = 1.0 + found.common, np.maximum(1.0 - found.common, 0.05)
+    curve = found.matches.curve
+    took_part = (labels.curve >= 0) & (labels.curve == curve)
+    on_held = held[np.maximum(curve, 0)]
+    total, own = 1.0 + found.common, np.where(on_held, np.maximum(1.0 - found.common, LEAST), 1.0)
     square = found.matches.distance**2 * np.where(took_part, total / own, 1.0)
-    return np.asarray((found.matches.curve >= 0) & (square > chi2.isf(context.settings.alpha, 1)))
+    return np.asarray((found.matches.curve >= 0) & (square > chdtri(1, context.settings.alpha)))
 
 
 def _matches(context: LoopContext, found: LabelRound, gross: BoolArray) -> Matches:

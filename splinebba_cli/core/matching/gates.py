@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from splinebba_cli.core.camera.collinearity import project_with_jacobian
 from splinebba_cli.core.matching.candidates import Candidates, find_candidates
@@ -50,7 +50,7 @@ def gate_candidates(
     alpha : share of right points that the gate loses
     tolerance : rad, of directions
     """
-    limit = float(chi2.isf(alpha, 1))
+    limit = float(chdtri(1, alpha))
     candidates = find_candidates(scene, _radius(scene, uncertainty, limit))
     parts = [
         _variances(scene, uncertainty, candidates, slice(begin, begin + CHUNK))
@@ -88,7 +88,7 @@ def _variances(
     )
     normal = np.column_stack([-tangent[:, 1], tangent[:, 0]])
     across = np.sum(normal * offset, axis=1)
-    beyond = np.where(candidates.at_end[rows], np.abs(np.sum(tangent * offset, axis=1)), 0.0)
+    beyond = np.sum(tangent * offset, axis=1)  # 0 but at ends and corners
     g = np.matmul(normal[:, None, :], jacobian.orientation)[:, 0]
     of_images = uncertainty.of_images(image, g)
     h = np.matmul(normal[:, None, :], jacobian.object_xyz)[:, 0]

@@ -18,7 +18,7 @@ from splinebba_cli.core.curves.curve_set import CurveSet
 from splinebba_cli.core.network import FloatArray, IntArray, Network, PointObservations
 from splinebba_cli.core.state import ImageRays, Prepared, State, image_rays
 
-STEPS = 3  # of Newton's method; the points begin near their foot points
+STEPS = 4  # of Newton's method; the points begin near their foot points
 NOTHING = 1e-9  # weight along the curve: none, but keeps the whitening regular
 
 
@@ -94,14 +94,21 @@ def at_feet(
     low = np.where(curves.closed[curve], -np.inf, curves.first[curve])
     high = np.where(curves.closed[curve], np.inf, curves.last[curve])
     whitening = points.rays.whitening / points.factor[:, None, None]
-    for step in range(STEPS + 1):
+    best, least, share = u, np.full(len(u), np.inf), np.ones(len(u))
+    step = np.zeros(len(u))
+    for last in [False] * STEPS + [True]:
         xyz, rate = curves.evaluate(coefficients, curve, u, (0, 1))
         xy, jacobian = project_with_jacobian(*camera, xyz)
         along = np.matmul(whitening, np.matmul(jacobian.object_xyz, rate[:, :, None]))[:, :, 0]
-        if step == STEPS:
-            break
         r = np.matmul(whitening, (xy - points.rays.xy)[:, :, None])[:, :, 0]
-        u = np.clip(u - np.sum(along * r, axis=1) / np.sum(along * along, axis=1), low, high)
+        better = np.sum(r * r, axis=1) <= least
+        best, least = np.where(better, u, best), np.where(better, np.sum(r * r, axis=1), least)
+        share = np.where(better, 1.0, 0.5 * share)
+        step = np.where(better, -np.sum(along * r, axis=1) / np.sum(along * along, axis=1), step)
+        if not last:
+            u = np.clip(best + share * step, low, high)
+    xyz, rate = curves.evaluate(coefficients, curve, best, (0, 1))
+    along = np.matmul(whitening, np.matmul(project_with_jacobian(*camera, xyz)[1].object_xyz, rate[:, :, None]))[:, :, 0]
     tangent = along / np.linalg.norm(along, axis=1, keepdims=True)
     turn = np.stack([np.column_stack([-tangent[:, 1], tangent[:, 0]]), NOTHING * tangent], axis=1)
     own = len(prepared.point_rays.xy) - len(points)
@@ -109,4 +116,4 @@ def at_feet(
         np.vstack([prepared.point_rays.xy[:own], points.rays.xy]),
         np.concatenate([prepared.point_rays.whitening[:own], np.matmul(turn, whitening)]),
     )
-    return u, xyz, replace(prepared, point_rays=rays)
+    return best, xyz, replace(prepared, point_rays=rays)

@@ -23,7 +23,7 @@ from splinebba_cli.core.matching.image_view import ImageView, Nearest, Pose, nea
 from splinebba_cli.core.matching.shift_search import ShiftWindow, likely_shifts
 from splinebba_cli.core.network import FloatArray
 
-STARTS = 60  # poses whose gain is looked at
+STARTS = 30  # poses whose gain is looked at
 REFINED = 6  # of these, how many are improved
 STEPS = 40
 SHRINKING = 0.7

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from splinebba_cli.core.matching.chain_directions import ChainOrder, chain_directions
 from splinebba_cli.core.matching.chain_labels import label_chains
@@ -44,7 +44,7 @@ def label_points(
     gated = gate_candidates(scene, uncertainty, directions, settings.alpha, tolerance)
     point = gated.candidates.point
     allowed = gated.inside & gated.agrees & usable[point] & curves[gated.candidates.curve]
-    none_cost = float(chi2.isf(settings.alpha, 1))
+    none_cost = float(chdtri(1, settings.alpha))
     label = label_chains(scene, gated, chains, allowed, none_cost, tolerance)
     runs = find_runs(scene, gated, chains, label, settings.alpha)
     taken = taken_points(gated, runs, label, scene.curves.first, scene.curves.last)

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from splinebba_cli.core.approximation.control_network import known_curves
 from splinebba_cli.core.approximation.orientation import approximate_orientations
 from splinebba_cli.core.curves.registry import FAMILIES
 from splinebba_cli.core.matching.orientation_prior import OrientationPrior, with_prior
@@ -32,6 +33,7 @@ class Start:
     state: State
     prior: OrientationPrior
     known: BoolArray  # (nc,) curves whose shape is given with standard deviations
+    held: BoolArray  # (nc,) of these, curves that are not adjusted at all
     shaped: BoolArray  # (nc,) curves that have a shape at all
     shape_sigma: FloatArray  # (nc,) metres
 
@@ -55,6 +57,7 @@ def loop_start(network: Network, prepared: Prepared, prior: OrientationPrior) ->
         state=state,
         prior=prior,
         known=known & shaped,
+        held=known_curves(network),
         shaped=shaped,
         shape_sigma=shape_sigmas(network),
     )

@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from splinebba_cli.core.matching.chain_directions import ChainOrder
 from splinebba_cli.core.matching.gates import Gated
@@ -68,7 +68,7 @@ def find_runs(scene: Scene, gated: Gated, chains: ChainOrder, label: IntArray, a
     length = np.ones(len(scene.image), dtype=np.int64)
     length[chains.order] = chains.end - chains.begin
     enough = size >= np.minimum(FEWEST, np.ceil(SHARE * length[start]))
-    centred = own.mean**2 <= chi2.isf(alpha, 1) * own.mean_variance
+    centred = own.mean**2 <= chdtri(1, alpha) * own.mean_variance
     level = np.abs(slope) <= SLOPE + SLOPE_SIGMA * slope_sigma
     return Runs(
         of_point=of_point,
@@ -130,6 +130,7 @@ def _rivals(gated: Gated, of_point: IntArray, label: IntArray, own: _Sums) -> Fl
     run = of_point[point] if len(point) else np.zeros(0, dtype=np.int64)
     labelled = np.flatnonzero((run >= 0) & gated.agrees)
     labelled = labelled[curve[labelled] != curve[label[point[labelled]]]]
+    labelled = _nearest_branches(gated, labelled)
     cost = np.full(len(own.count), np.inf)
     if not len(labelled):
         return cost
@@ -141,6 +142,14 @@ def _rivals(gated: Gated, of_point: IntArray, label: IntArray, own: _Sums) -> Fl
     near = other.count >= COVERED * own.count[run_of]
     np.minimum.at(cost, run_of[near], other.cost[near])
     return cost
+
+
+def _nearest_branches(gated: Gated, rows: IntArray) -> IntArray:
+    """Of some candidates those on the nearest branch of their curve."""
+    point, curve = gated.candidates.point[rows], gated.candidates.curve[rows]
+    order = np.lexsort((gated.square[rows], curve, point))
+    new = (np.diff(point[order], prepend=-1) != 0) | (np.diff(curve[order], prepend=-1) != 0)
+    return rows[order[new]]
 
 
 def _slopes(

@@ -28,7 +28,7 @@ FINEST = 4.0  # sigma of a point: the smallest cell
 CELLS = 100  # of the window, across
 SHIFTS = 8  # places of a grid of one shape
 MOST_SHAPES = 45
-PAIRS = 1_500_000
+PAIRS = 300_000
 FEWEST_SAMPLES = 4
 
 

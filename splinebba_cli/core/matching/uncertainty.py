@@ -79,7 +79,7 @@ class Uncertainty:
     def largest_in_photo(self, scene: Scene) -> FloatArray:
         """Largest common standard deviation in every image, (m,) mm, at the curves that it sees."""
         curves = scene.curves
-        owner = np.repeat(np.arange(len(curves.bases)), np.diff(curves.segment_start))
+        owner = curves.owner
         place = curves.left + 0.5 * curves.length
         middle = scene.curves.evaluate(scene.coefficients, owner, place)[0]
         largest = np.zeros(len(scene.position))
