@@ -165,9 +165,7 @@ def _table(path: Path) -> FloatArray:
         return np.loadtxt(file)
 
 
-def projected(
-    camera: Camera, rotation: FloatArray, position: FloatArray, xyz: FloatArray
-) -> FloatArray:
+def projected(camera: Camera, rotation: FloatArray, position: FloatArray, xyz: FloatArray) -> FloatArray:
     """Photo coordinates of points in one image, (n, 2) mm."""
     count = len(xyz)
     return project(

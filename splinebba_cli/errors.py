@@ -122,6 +122,9 @@ ERROR_CODES: dict[str, str] = {
     "SBB543": "no solution without the outliers",
     "SBB544": "observations excluded by the user",
     "SBB570": "not enough memory for the normal equations",
+    "SBB587": "nothing to find an orientation from",
+    "SBB588": "no orientation explains the chains",
+    "SBB589": "chains do not tell the orientation apart",
     # 6xx: output
     "SBB601": "results cannot be written",
     "SBB602": "not a result folder",

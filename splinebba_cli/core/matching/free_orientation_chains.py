@@ -84,7 +84,9 @@ def _changes(chain: IntArray) -> IntArray:
     return np.flatnonzero(np.diff(chain)) + 1
 
 
-def _corners(xy: FloatArray, format_mm: tuple[float, float] | None, principal_point: FloatArray) -> FloatArray:
+def _corners(
+    xy: FloatArray, format_mm: tuple[float, float] | None, principal_point: FloatArray
+) -> FloatArray:
     """What the picture shows: the format, else what the chains cover, (2, 2)."""
     if format_mm is None:
         return np.stack([xy.min(axis=0), xy.max(axis=0)])
