@@ -16,6 +16,7 @@ from splinebba_cli.core.network import FloatArray, IntArray
 SHRINK = 0.75  # of the gate from step to step
 LAST_STEPS = 4  # with the smallest gate
 SMALLEST_GATE = 4.0  # sigma of a point, or of the residuals where these are larger
+JUDGING_GATE = 6.0  # sigma of a point: the same for all orientations, so that their scores compare
 FEWEST = 12  # matched points
 POLISHING_STEPS, SETTLED = 40, 0.05  # a step that is small, in standard deviations
 POLISH_RMS = 4.0  # sigma of a point; larger residuals do not widen the gate
@@ -78,7 +79,7 @@ class Refiner:
             if not np.isfinite(rotation).all() or not np.isfinite(position).all():
                 return None
             gate = max(SHRINK * gate, smallest, min(gate, SMALLEST_GATE * rms))
-        return self._judged(rotation, position, gate)
+        return self._judged(rotation, position)
 
     def polish(self, fitted: FittedOrientation) -> FittedOrientation:
         """Steps with all points and the smallest gate, until they are small against the standard deviations."""
@@ -92,7 +93,7 @@ class Refiner:
             rotation, position = rotation @ rotation_from_vector(step[:3]), position + step[3:]
             if (np.abs(step) < SETTLED * fitted.sigma).all():
                 break
-        return self._judged(rotation, position, gate) or fitted
+        return self._judged(rotation, position) or fitted
 
     def _match(
         self, rotation: FloatArray, position: FloatArray, gate: float, points: IntArray
@@ -150,16 +151,18 @@ class Refiner:
         spread = 1.4826 * float(np.median(np.abs(matched.distance)))
         return np.asarray(step), spread
 
-    def _judged(self, rotation: FloatArray, position: FloatArray, gate: float) -> FittedOrientation | None:
+    def _judged(self, rotation: FloatArray, position: FloatArray) -> FittedOrientation | None:
+        gate = JUDGING_GATE * self.chains.sigma
         matched = self._match(rotation, position, gate, self._all)
         if matched is None:
             return None
         chains, samples = self.chains, self.samples
+        nearness = 1.0 - (matched.distance / gate) ** 2  # a point at the gate explains nothing
         seen = see(chains, samples, rotation[None], position[None])
         visible = float(
             np.sum(np.hypot(seen.along_x[0], seen.along_y[0]) * samples.length, where=seen.inside[0])
         )
-        explained = min(float(chains.length[matched.point].sum()), visible)
+        explained = min(float(chains.length[matched.point] @ nearness), visible)
         total = float(chains.length.sum())
         normal = matched.design.T @ matched.design / chains.sigma**2
         scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
@@ -168,7 +171,7 @@ class Refiner:
             rotation=rotation,
             position=position,
             score=2.0 * explained / (visible + total),
-            explained=explained / total,
+            explained=float(chains.length[matched.point].sum()) / total,
             rms_mm=float(np.sqrt(np.mean(matched.distance**2))),
             points=len(matched.point),
             dispersion=cofactor,

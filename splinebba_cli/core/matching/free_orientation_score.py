@@ -3,8 +3,8 @@
     F = 2 h / (v + l)
 
 h is the length in the image of projected curves that run along a chain, v that of all projected curves inside the
-picture, l that of all chains.  A camera so far away that everything shrinks onto one chain has a small h; one that sees a
-single curve of many has a small h against l; one that covers the picture with curves has a large v.
+picture, l that of all chains.  A camera so far away that everything shrinks onto one chain has a small h; one that sees
+a single curve of many has a small h against l; one that covers the picture with curves has a large v.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 Ends of chains are taken for ends of curves, two at a time and with their tangents (P2PT); where chains do not end as
 curves do, points of chains are taken for places anywhere along the curves.  Every pair of image places is tried with
-all pairs of curve places; the best by the coarse score are refined, and the best of these by the exact one is the answer
-if it explains enough and no other comes near to it.
+all pairs of curve places; the best by the coarse score are refined, and the best of these by the exact one is the
+answer if it explains enough and no other comes near to it.
 """
 
 from __future__ import annotations
