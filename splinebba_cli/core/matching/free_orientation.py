@@ -120,7 +120,9 @@ def _verdict(network: Network, number: int, result: SearchResult, known: KnownCu
     name, best = network.images.ids[number], result.best
     if best is None or not result.explains:
         share = 0.0 if best is None else best.explained
-        message = f"image `{name}`: nowhere do the known curves explain its chains, at best {share:.0%} of them"
+        message = (
+            f"image `{name}`: nowhere do the known curves explain its chains, at best {share:.0%} of them"
+        )
         return _problem("SBB588", name, message)
     distance = float(np.median(np.linalg.norm(known.samples(50).xyz - best.position, axis=1)))
     weak = float(best.sigma[3:].max()) / distance
