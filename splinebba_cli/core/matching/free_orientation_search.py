@@ -27,7 +27,8 @@ REFINED_POINTS = 400
 KEPT, REFINED = 1000, 40  # hypotheses of a batch after the coarse and the fine score
 PAIRS_IN_BATCH, BATCHES = 6, 10
 PROBES = 12  # places by which two orientations are told apart
-LEAST_SCORE, SURE_SCORE = 0.25, 0.6
+LEAST_SCORE, SURE_SCORE = 0.25, 0.4
+CLEAR_MARGIN, CONFIRMED = 0.6, 2  # the search ends when the best stands out so after so many batches in a row
 MARGIN = 0.8  # of the best score, that no other orientation may reach
 PLACES = 160  # anywhere along the curves
 SEPARATION = 0.15  # of the diagonal, of the two places of a hypothesis
@@ -45,6 +46,12 @@ class SearchResult:
     def explains(self) -> bool:
         """Whether the best one explains enough."""
         return self.best is not None and self.best.score >= LEAST_SCORE
+
+    @property
+    def stands_out(self) -> bool:
+        """Whether there is no need to look farther."""
+        best = 0.0 if self.best is None else self.best.score
+        return best > SURE_SCORE and self.second < CLEAR_MARGIN * best
 
     @property
     def unique(self) -> bool:
@@ -80,15 +87,11 @@ class ImageSearch:
 
     def run(self) -> SearchResult:
         """Hypotheses from ends first, then from places anywhere, until one stands out."""
+        confirmed = 0
         for batch in self._batches():
             self._try(*batch)
-            result = self.result()
-            if (
-                result.explains
-                and result.unique
-                and result.best is not None
-                and result.best.score > SURE_SCORE
-            ):
+            confirmed = confirmed + 1 if self.result().stands_out else 0
+            if confirmed == CONFIRMED:
                 break
         return self.result()
 
