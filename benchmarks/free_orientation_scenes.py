@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import gzip
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from splinebba_cli.core.camera.collinearity import project
 from splinebba_cli.core.network import (
     Camera,
     Curve,
@@ -77,16 +76,16 @@ def free_scene(
     chains: list[tuple[int, int, FloatArray]],
     sigma_mm: float,
     cut: bool = False,
-    shuffle: bool = True,
+    noise: bool = True,
 ) -> FreeScene:
-    """A scene of chains (image, curve, exact points); with noise, in random order and sense."""
-    order = rng.permutation(len(chains)) if shuffle else np.arange(len(chains))
+    """A scene of chains (image, curve, points) in random order and sense; `noise` is for points that are exact."""
+    order = rng.permutation(len(chains))
     parts, image, label, number = [], [], [], []
     for row, k in enumerate(order):
         i, curve, xy = chains[k]
         xy = _cut(rng, xy) if cut else xy
         xy = xy[::-1] if rng.random() < 0.5 else xy
-        parts.append(xy + rng.normal(0.0, sigma_mm, xy.shape))
+        parts.append(xy + rng.normal(0.0, sigma_mm if noise else 0.0, xy.shape))
         image += [i] * len(xy)
         label += [curve] * len(xy)
         number += [row] * len(xy)
@@ -163,17 +162,3 @@ def _cut(rng: np.random.Generator, xy: FloatArray) -> FloatArray:
 def _table(path: Path) -> FloatArray:
     with gzip.open(path, "rt") as file:
         return np.loadtxt(file)
-
-
-def projected(camera: Camera, rotation: FloatArray, position: FloatArray, xyz: FloatArray) -> FloatArray:
-    """Photo coordinates of points in one image, (n, 2) mm."""
-    count = len(xyz)
-    return project(
-        np.full(count, camera.principal_distance_mm), np.broadcast_to(rotation, (count, 3, 3)),
-        np.broadcast_to(position, (count, 3)), xyz,
-    )  # fmt: skip
-
-
-def relabelled(scene: FreeScene, network: Network) -> FreeScene:
-    """The scene with another network."""
-    return replace(scene, network=network)

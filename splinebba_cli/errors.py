@@ -125,6 +125,9 @@ ERROR_CODES: dict[str, str] = {
     "SBB543": "no solution without the outliers",
     "SBB544": "observations excluded by the user",
     "SBB570": "not enough memory for the normal equations",
+    "SBB587": "nothing to find an orientation from",
+    "SBB588": "no orientation explains the chains",
+    "SBB589": "chains do not tell the orientation apart",
     "SBB599": "nothing was matched",
     # 6xx: output
     "SBB601": "results cannot be written",

@@ -121,7 +121,7 @@ def _features_taking_part(
     if not to_match and (not to_place or (on_points.groups and on_curves.groups)):
         check_images_seen(building, images, (on_points, on_curves))
     if not to_match and (not to_place or on_points.groups):
-        check_resection(building, images, points, on_points)
+        check_resection(building, images, points, on_points, curves, on_curves)
     check_segments(building, curves, on_curves)
     kept_points = np.ones(len(points.ids), dtype=bool)
     if not to_place or on_points.groups:

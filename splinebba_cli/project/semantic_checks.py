@@ -19,6 +19,7 @@ from splinebba_cli.project.yaml_source import YamlPath
 
 LARGEST_EXTENT_M = 1.0e6
 RESECTION_POINTS = 3
+LOCATED_POINTS = 2  # enough where they have tangents
 
 
 def images_per_feature(rows: ObservationRows, count: int) -> IntArray:
@@ -153,18 +154,24 @@ def check_features_seen(
 
 
 def check_resection(
-    building: Building, images: ImageRows, points: PointRows, observed: ObservationRows
+    building: Building,
+    images: ImageRows,
+    points: PointRows,
+    observed: ObservationRows,
+    curves: CurveRows,
+    on_curves: ObservationRows,
 ) -> None:
-    """An image without an approximate orientation wants control points."""
+    """An image without an approximate orientation wants control points, or located points on control splines."""
     control = np.array([role == "control" for role in points.roles], dtype=bool)
     control &= np.isfinite(np.array(points.xyz).reshape(-1, 3)).all(axis=1)
     orientation, prior = (np.array(v).reshape(-1, 6) for v in (images.orientation, images.prior))
     unknown = np.isnan(np.where(np.isnan(orientation), prior, orientation)).any(axis=1)
     point, image = _seen_pairs(observed, ~observed.excluded)
     count = np.bincount(image[control[point]], minlength=len(images.ids))
+    located = _located(curves, on_curves, len(images.ids))
     for number in np.flatnonzero(unknown).tolist():
         name = images.ids[number]
-        if count[number] < RESECTION_POINTS:
+        if count[number] < RESECTION_POINTS and located[number] < LOCATED_POINTS:
             message = f"image `{name}` has no approximate orientation and {count[number]} control points"
             help = f"give `orientation`, or measure at least {RESECTION_POINTS} control points (better 4)"
             building.collector.warning(
@@ -174,6 +181,17 @@ def check_resection(
                 help,
                 kind="images without an approximate orientation",
             )
+
+
+def _located(curves: CurveRows, rows: ObservationRows, images: int) -> IntArray:
+    """Measured points with a location on control splines, in every image, (images,)."""
+    if not rows.groups:
+        return np.zeros(images, dtype=np.int64)
+    control = np.array([bool((curve.sigma == 0.0).all()) for curve in curves.curves], dtype=bool)
+    location = np.concatenate([group.location for group in rows.groups])
+    known = (rows.feature >= 0) & (rows.image >= 0) & ~rows.excluded & np.isfinite(location)
+    known[known] = control[rows.feature[known]]
+    return np.bincount(rows.image[known], minlength=images)
 
 
 def check_segments(building: Building, curves: CurveRows, rows: ObservationRows) -> None:

@@ -2,7 +2,8 @@
 
 Images without an approximate orientation are resected from control points; tie points are intersected from
 oriented images; images that are still without one are resected from intersected points; and so on, best
-supported first.  Given coordinates of check points are never used.
+supported first.  Where points do not suffice, points that are measured on control curves with a given location
+join them, with their tangents.  Given coordinates of check points are never used.
 """
 
 from __future__ import annotations
@@ -12,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinebba_cli.core.approximation.intersection import Intersections, intersect_points
+from splinebba_cli.core.approximation.located_sights import LocatedSights
+from splinebba_cli.core.approximation.point_tangent_resection import resect_with_tangents
 from splinebba_cli.core.approximation.resection import Resection, ResectionError, resect
 from splinebba_cli.core.camera.distortion import corrected_photo_xy
 from splinebba_cli.core.camera.rotation import rotation_object_from_photo
@@ -78,7 +81,8 @@ class _Search:
             if found is not None:
                 usable = ~self.is_control & ~found.weak
                 self.known[usable] = found.xyz[usable]
-            if not self._resect_best(np.flatnonzero(missing)):
+            images = np.flatnonzero(missing)
+            if not self._resect_best(images) and not self._resect_with_curves(images):
                 break
             missing = ~np.isfinite(self.position).all(axis=1)
             found = self._intersect()
@@ -102,22 +106,56 @@ class _Search:
                 return True
         return False
 
-    def _resect(self, image: int) -> bool:
-        seen = self.network.point_observations
-        rows = np.flatnonzero((seen.image == image) & np.isfinite(self.known[seen.point]).all(axis=1))
-        camera = self.network.cameras[int(self.network.images.camera[image])]
+    def _resect_with_curves(self, images: np.ndarray) -> bool:
+        """Resect images, where points do not suffice, with located points on control curves too; whether any succeeded."""
+        sights = LocatedSights(self.network)
+        done = [self._resect_with_sights(int(image), sights) for image in images]
+        return any(done)
+
+    def _resect_with_sights(self, image: int, sights: LocatedSights) -> bool:
+        rows = self._known_rows(image)
+        points = sights.of_image(image, self.corrected[rows], self._xyz_of(rows))
+        if points is None:
+            return False
         try:
-            found = resect(camera.principal_distance_mm, self.corrected[rows], self.known[seen.point[rows]])
+            found = resect_with_tangents(self._principal_distance(image), points)
         except ResectionError as error:
             self.reasons[image] = str(error)
             return False
+        what = f"{len(points.object_xyz)} points, {len(points.with_tangent)} with tangents,"
+        return self._accept(image, found, f"{what} admit several orientations")
+
+    def _known_rows(self, image: int) -> np.ndarray:
+        """Observations of points of known coordinates in an image."""
+        seen = self.network.point_observations
+        return np.flatnonzero((seen.image == image) & np.isfinite(self.known[seen.point]).all(axis=1))
+
+    def _xyz_of(self, rows: np.ndarray) -> FloatArray:
+        return np.asarray(self.known[self.network.point_observations.point[rows]])
+
+    def _principal_distance(self, image: int) -> float:
+        return self.network.cameras[int(self.network.images.camera[image])].principal_distance_mm
+
+    def _accept(self, image: int, found: Resection, ambiguity: str) -> bool:
+        """Keep an orientation that is the only one."""
         if found.ambiguous:
-            self.reasons[image] = f"{len(rows)} points with known coordinates admit several orientations"
+            self.reasons[image] = ambiguity
             return False
         self.rotation[image], self.position[image] = found.rotation, found.position
         self.resolved[image] = found
         self.reasons.pop(image, None)
         return True
+
+    def _resect(self, image: int) -> bool:
+        rows = self._known_rows(image)
+        try:
+            found = resect(self._principal_distance(image), self.corrected[rows], self._xyz_of(rows))
+        except ResectionError as error:
+            self.reasons[image] = str(error)
+            return False
+        return self._accept(
+            image, found, f"{len(rows)} points with known coordinates admit several orientations"
+        )
 
     def _intersect(self) -> Intersections:
         network, seen = self.network, self.network.point_observations

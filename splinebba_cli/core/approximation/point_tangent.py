@@ -13,7 +13,7 @@ its ray and of the measured direction, whose normal is m_i = (p, q, r) in the fr
     h = p cos(theta) + q sin(theta),    g = q cos(theta) - p sin(theta)
 
 Both equations are linear in cos psi and sin psi; their elimination leaves a trigonometric polynomial of degree four in
-theta, hence at most eight solutions.  Its real roots inside (-w, w), with psi, are polished by Newton steps on f_1, f_2.
+theta, hence at most eight solutions.  Its real roots inside (-w, w) are polished, with psi, by Newton steps on f.
 
 References
 ----------
@@ -35,7 +35,7 @@ NEARLY_REAL = 1e-3  # imaginary part of sigma, below which a root may be one of 
 VANISHES = 1e-13  # of the polynomial: its solutions are not isolated
 PARALLEL = 0.2  # sine of the angle of two equations in psi that count as nearly parallel
 NEWTON_STEPS = 7
-CHUNK = 20_000  # pairs that are solved together
+CHUNK = 1_000  # pairs that are solved together: arrays that stay in the cache
 NODES = np.cos(np.pi * (np.arange(9) + 0.5) / 9.0)
 COEFFICIENTS_OF_VALUES = np.linalg.inv(NODES[:, None] ** np.arange(9)).T  # of ascending powers
 

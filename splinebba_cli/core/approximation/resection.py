@@ -93,7 +93,7 @@ def resect(
     centre = points.mean(axis=0)
     points = points - centre
     rays = np.column_stack([photo, np.full(len(photo), -principal_distance_mm)])
-    triplets = _triplets(photo, points, seed)
+    triplets = sample_triplets(photo, points, seed)
     found = orient_from_three_points(rays[triplets], points[triplets])
     rotation, position = found.rotation, found.position
     if rough is not None:
@@ -116,19 +116,19 @@ def _best_solution(
 ) -> Resection:
     """The best refinement of candidates (s, 3, 3), (s, 3)."""
     cost = _trimmed_costs(distance, rotation, position, photo, points)
-    limit = _error_limit(float(cost.min()), len(points), distance)
+    limit = error_limit(float(cost.min()), len(points), distance)
     solutions: list[Resection] = []
-    for index in _distinct(rotation, position, cost, points):
-        refined = _refine(distance, photo, points, rotation[index], position[index], limit)
-        if refined is not None and not any(_same(refined, other, points) for other in solutions):
+    for index in distinct_candidates(rotation, position, cost, points):
+        refined = refine_on_inliers(distance, photo, points, rotation[index], position[index], limit)
+        if refined is not None and not any(same_orientation(refined, other, points) for other in solutions):
             solutions.append(refined)
     if not solutions:
         raise ResectionError("no solution", "no orientation has all points before the camera")
     rotation = np.array([solution.rotation for solution in solutions])
     position = np.array([solution.position for solution in solutions])
-    square = _squared_residuals(distance, rotation, position, photo, points)
+    square = squared_residuals(distance, rotation, position, photo, points)
     fit = np.sqrt(np.minimum(square, limit**2).mean(axis=1))
-    return _choose(solutions, fit, rough, distance)
+    return choose_solution(solutions, fit, rough, distance)
 
 
 def _require_triangle(photo: FloatArray, points: FloatArray) -> None:
@@ -140,7 +140,7 @@ def _require_triangle(photo: FloatArray, points: FloatArray) -> None:
         raise ResectionError("collinear points", "the image points lie on one line")
 
 
-def _triplets(photo: FloatArray, points: FloatArray, seed: int) -> IntArray:
+def sample_triplets(photo: FloatArray, points: FloatArray, seed: int) -> IntArray:
     """All triplets, or the larger half of a random choice, (k, 3); none that is flat."""
     count = len(points)
     if comb(count, 3) <= MAX_TRIPLETS:
@@ -154,7 +154,7 @@ def _triplets(photo: FloatArray, points: FloatArray, seed: int) -> IntArray:
     return np.asarray(triplets[~flat])
 
 
-def _squared_residuals(
+def squared_residuals(
     distance: float, rotation: FloatArray, position: FloatArray, photo: FloatArray, points: FloatArray
 ) -> FloatArray:
     """Squared reprojection errors under many orientations, (s, n) mm^2; inf behind the camera."""
@@ -169,15 +169,18 @@ def _trimmed_costs(
     distance: float, rotation: FloatArray, position: FloatArray, photo: FloatArray, points: FloatArray
 ) -> FloatArray:
     """Sum of the smaller half of the squared errors (all of them for three or four points), (s,)."""
-    square = np.sort(_squared_residuals(distance, rotation, position, photo, points), axis=1)
-    return np.asarray(square[:, : _half(len(points))].sum(axis=1))
+    square = np.sort(squared_residuals(distance, rotation, position, photo, points), axis=1)
+    return np.asarray(square[:, : smaller_half(len(points))].sum(axis=1))
 
 
-def _half(count: int) -> int:
+def smaller_half(count: int) -> int:
+    """How many of the smallest squares of `count` points judge a candidate."""
     return min(count, count // 2 + 2)
 
 
-def _distinct(rotation: FloatArray, position: FloatArray, cost: FloatArray, points: FloatArray) -> list[int]:
+def distinct_candidates(
+    rotation: FloatArray, position: FloatArray, cost: FloatArray, points: FloatArray
+) -> list[int]:
     """The best candidates, leaving out those next to a better one."""
     reach = float(np.linalg.norm(points, axis=1).max())
     chosen: list[int] = []
@@ -194,18 +197,18 @@ def _distinct(rotation: FloatArray, position: FloatArray, cost: FloatArray, poin
     return chosen
 
 
-def _error_limit(cost: float, count: int, distance: float) -> float:
+def error_limit(cost: float, count: int, distance: float) -> float:
     """Three standard deviations (mm) by the trimmed sum of squares of the best candidate.
 
     The mean of the smaller half of squares of normal errors in the plane is 0.307 of all, hence 1.8 =
     0.307^-1/2; the redundancy and 1 + 5/(n - 3) make up for the choice of the best one among few points.
     """
-    redundancy = max(2 * _half(count) - 6, 1)
+    redundancy = max(2 * smaller_half(count) - 6, 1)
     small_sample = 1.0 + 5.0 / max(count - 3, 1)
     return 3.0 * max(1.8 * small_sample * float(np.sqrt(cost / redundancy)), SCALE_FLOOR * distance)
 
 
-def _refine(
+def refine_on_inliers(
     distance: float,
     photo: FloatArray,
     points: FloatArray,
@@ -216,8 +219,8 @@ def _refine(
     """Gauss-Newton on the points that fit, chosen again a few times; None where it leads nowhere."""
 
     def inliers() -> BoolArray:
-        square = _squared_residuals(distance, rotation[None], position[None], photo, points)[0]
-        return np.asarray(square <= max(limit**2, float(np.sort(square)[_half(len(square)) - 1])))
+        square = squared_residuals(distance, rotation[None], position[None], photo, points)[0]
+        return np.asarray(square <= max(limit**2, float(np.sort(square)[smaller_half(len(square)) - 1])))
 
     inlier = inliers()
     for _ in range(5):
@@ -229,7 +232,7 @@ def _refine(
         if np.array_equal(again, inlier):
             break
         inlier = again
-    square = _squared_residuals(distance, rotation[None], position[None], photo[inlier], points[inlier])
+    square = squared_residuals(distance, rotation[None], position[None], photo[inlier], points[inlier])
     rms = float(np.sqrt(square.mean() / 2.0))
     return Resection(rotation, position, rms, int(inlier.sum()), False) if np.isfinite(rms) else None
 
@@ -271,7 +274,8 @@ def _gauss_newton(
     return rotation, position
 
 
-def _same(a: Resection, b: Resection, points: FloatArray) -> bool:
+def same_orientation(a: Resection, b: Resection, points: FloatArray) -> bool:
+    """Whether two refinements ended in the same place."""
     reach = float(np.linalg.norm(points - a.position, axis=1).mean())
     return bool(
         np.linalg.norm(a.rotation - b.rotation) < SAME_ROTATION_RAD
@@ -279,7 +283,7 @@ def _same(a: Resection, b: Resection, points: FloatArray) -> bool:
     )
 
 
-def _choose(
+def choose_solution(
     solutions: list[Resection],
     fit: FloatArray,
     rough: tuple[FloatArray, FloatArray] | None,

@@ -53,17 +53,17 @@ class KnownCurves:
         """Metres."""
         return float(self._length.sum())
 
-    def samples(self, count: int, least: int = 1) -> CurveSamples:
-        """About `count` samples, at least `least` on every segment."""
-        each = np.maximum(np.ceil(count * self._length / max(self.total_length, 1e-300)), least).astype(
-            np.int64
-        )
-        row = np.repeat(np.arange(len(each)), each)
-        t = (np.arange(len(row)) - np.repeat(np.cumsum(each) - each, each) + 0.5) / each[row]
+    def samples(self, count: int, shift: float = 0.5) -> CurveSamples:
+        """Places at equal distances, the curves one behind the other; `shift` of a distance before the first one."""
+        until = np.cumsum(self._length)
+        station = (np.arange(count) + shift) * self.total_length / count
+        row = np.minimum(np.searchsorted(until, station, side="right"), len(until) - 1)
+        t = np.clip(1.0 - (until[row] - station) / self._length[row], 0.0, 1.0)
         segment = self._segment[row]
         u = self._curves.left[segment] + t * self._curves.length[segment]
         xyz, tangent = self._evaluate(self._owner[row], u)
-        return CurveSamples(xyz, tangent, self._owner[row], u, (self._length / each)[row])
+        length = np.full(count, self.total_length / count)
+        return CurveSamples(xyz, tangent, self._owner[row], u, length)
 
     def ends(self, network: Network) -> Places:
         """Ends of open curves, and corners once for either side; tangents into the curve."""

@@ -16,7 +16,10 @@ from splinebba_cli.core.network import FloatArray, IntArray
 SHRINK = 0.75  # of the gate from step to step
 LAST_STEPS = 4  # with the smallest gate
 SMALLEST_GATE = 4.0  # sigma of a point, or of the residuals where these are larger
+JUDGING_GATE = 6.0  # sigma of a point: the same for all orientations, so that their scores compare
 FEWEST = 12  # matched points
+POLISHING_STEPS, SETTLED = 40, 0.05  # a step that is small, in standard deviations
+POLISH_RMS = 4.0  # sigma of a point; larger residuals do not widen the gate
 NEIGHBOURS = 4  # samples among which one of the right direction is looked for
 
 
@@ -30,8 +33,12 @@ class FittedOrientation:
     explained: float  # share of the length of all chains that follows a known curve
     rms_mm: float  # of the distances across
     points: int  # matched points
-    sigma: FloatArray  # (6,) of theta (photo frame, rad) and X0 (m), for the stated sigma of points
-    weakest_mm: float  # standard deviation of a projected curve, where the picture holds it least
+    dispersion: FloatArray  # (6, 6) of theta (photo frame, rad) and X0 (m), for the stated sigma of points
+
+    @property
+    def sigma(self) -> FloatArray:
+        """Standard deviations of theta and X0, (6,)."""
+        return np.asarray(np.sqrt(np.maximum(np.diag(self.dispersion), 0.0)))
 
 
 @dataclass(frozen=True)
@@ -72,7 +79,21 @@ class Refiner:
             if not np.isfinite(rotation).all() or not np.isfinite(position).all():
                 return None
             gate = max(SHRINK * gate, smallest, min(gate, SMALLEST_GATE * rms))
-        return self._judged(rotation, position, gate)
+        return self._judged(rotation, position)
+
+    def polish(self, fitted: FittedOrientation) -> FittedOrientation:
+        """Steps with all points and the smallest gate, until they are small against the standard deviations."""
+        rotation, position = fitted.rotation, fitted.position
+        gate = SMALLEST_GATE * max(self.chains.sigma, min(fitted.rms_mm, POLISH_RMS * self.chains.sigma))
+        for _ in range(POLISHING_STEPS):
+            matched = self._match(rotation, position, gate, self._all)
+            if matched is None:
+                return fitted
+            step, _ = self._step(matched, gate)
+            rotation, position = rotation @ rotation_from_vector(step[:3]), position + step[3:]
+            if (np.abs(step) < SETTLED * fitted.sigma).all():
+                break
+        return self._judged(rotation, position) or fitted
 
     def _match(
         self, rotation: FloatArray, position: FloatArray, gate: float, points: IntArray
@@ -82,13 +103,15 @@ class Refiner:
         shown = np.flatnonzero(seen.inside[0])
         if len(shown) < FEWEST:
             return None
-        xy, flow = seen.xy[0, shown], seen.flow[0, shown]
+        xy, flow = seen.one(shown)
         half = 0.5 * np.linalg.norm(flow, axis=1) * samples.length[shown]
         unit = flow / np.linalg.norm(flow, axis=1, keepdims=True)
         reach = gate + float(np.quantile(half, 0.95))
         neighbours = min(NEIGHBOURS, len(shown))
-        away, near = cKDTree(xy).query(chains.xy[points], k=neighbours, distance_upper_bound=reach)
-        away, near = away.reshape(len(points), -1), np.minimum(near.reshape(len(points), -1), len(shown) - 1)
+        away, near = cKDTree(xy).query(
+            chains.xy[points], k=np.arange(1, neighbours + 1), distance_upper_bound=reach
+        )
+        near = np.minimum(near, len(shown) - 1)
         offset = xy[near] - chains.xy[points, None]
         across = np.stack([-unit[:, 1], unit[:, 0]], axis=1)[near]
         distance = np.sum(offset * across, axis=2)
@@ -128,28 +151,28 @@ class Refiner:
         spread = 1.4826 * float(np.median(np.abs(matched.distance)))
         return np.asarray(step), spread
 
-    def _judged(self, rotation: FloatArray, position: FloatArray, gate: float) -> FittedOrientation | None:
+    def _judged(self, rotation: FloatArray, position: FloatArray) -> FittedOrientation | None:
+        gate = JUDGING_GATE * self.chains.sigma
         matched = self._match(rotation, position, gate, self._all)
         if matched is None:
             return None
         chains, samples = self.chains, self.samples
+        nearness = 1.0 - (matched.distance / gate) ** 2  # a point at the gate explains nothing
         seen = see(chains, samples, rotation[None], position[None])
-        visible = float(np.sum(np.linalg.norm(seen.flow[0], axis=1) * samples.length, where=seen.inside[0]))
-        explained = min(float(chains.length[matched.point].sum()), visible)
+        visible = float(
+            np.sum(np.hypot(seen.along_x[0], seen.along_y[0]) * samples.length, where=seen.inside[0])
+        )
+        explained = min(float(chains.length[matched.point] @ nearness), visible)
         total = float(chains.length.sum())
         normal = matched.design.T @ matched.design / chains.sigma**2
         scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
         cofactor = np.linalg.pinv(normal * scale * scale[:, None], rcond=1e-13) * scale * scale[:, None]
-        predicted = np.sqrt(
-            np.maximum(np.einsum("ki,ij,kj->k", matched.design, cofactor, matched.design), 0.0)
-        )
         return FittedOrientation(
             rotation=rotation,
             position=position,
             score=2.0 * explained / (visible + total),
-            explained=explained / total,
+            explained=float(chains.length[matched.point].sum()) / total,
             rms_mm=float(np.sqrt(np.mean(matched.distance**2))),
             points=len(matched.point),
-            sigma=np.sqrt(np.maximum(np.diag(cofactor), 0.0)),
-            weakest_mm=float(predicted.max()),
+            dispersion=cofactor,
         )

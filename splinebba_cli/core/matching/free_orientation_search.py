@@ -1,9 +1,9 @@
 """The orientation of one image from unlabelled chains and known curves: hypotheses, score, refinement, verdict.
 
-Ends of chains are taken for ends of curves, two at a time and with their tangents (P2PT); where chains do not end where
-curves do, points of chains are taken for places anywhere along the curves.  Every pair of image places is tried with all
-pairs of curve places; the best by the coarse score are refined, and the best of these by the exact one is the answer
-if it explains enough and no other comes near to it.
+Ends of chains are taken for ends of curves, two at a time and with their tangents (P2PT); where chains do not end as
+curves do, points of chains are taken for places anywhere along the curves.  Every pair of image places is tried with
+all pairs of curve places; the best by the coarse score are refined, and the best of these by the exact one is the
+answer if it explains enough and no other comes near to it.
 """
 
 from __future__ import annotations
@@ -15,19 +15,20 @@ import numpy as np
 
 from splinebba_cli.core.approximation.point_tangent import orient_from_point_tangents
 from splinebba_cli.core.matching.free_orientation_chains import ChainEnds, ImageChains
-from splinebba_cli.core.matching.free_orientation_places import CurveSamples, KnownCurves, Places
+from splinebba_cli.core.matching.free_orientation_places import KnownCurves, Places
 from splinebba_cli.core.matching.free_orientation_prior import PriorFilter
 from splinebba_cli.core.matching.free_orientation_refinement import FittedOrientation, Refiner
 from splinebba_cli.core.matching.free_orientation_score import CoarseScore, see
 from splinebba_cli.core.network import FloatArray, IntArray
 
 GATE_SHARE = 0.012  # of the diagonal of what the chains cover: how far a hypothesis may be off in the picture
-COARSE_SAMPLES, FINE_SAMPLES, REFINING_SAMPLES = 60, 400, 2500
+COARSE_SAMPLES, FINE_SAMPLES, REFINING_SAMPLES = 100, 500, 2500
 REFINED_POINTS = 400
-KEPT, REFINED = 300, 12  # hypotheses of a batch after the coarse and the fine score
+KEPT, REFINED = 1000, 40  # hypotheses of a batch after the coarse and the fine score
 PAIRS_IN_BATCH, BATCHES = 6, 10
 PROBES = 12  # places by which two orientations are told apart
-LEAST_SCORE, SURE_SCORE = 0.25, 0.6
+LEAST_SCORE, SURE_SCORE = 0.25, 0.4
+CLEAR_MARGIN, CONFIRMED = 0.6, 2  # the search ends when the best stands out so after so many batches in a row
 MARGIN = 0.8  # of the best score, that no other orientation may reach
 PLACES = 160  # anywhere along the curves
 SEPARATION = 0.15  # of the diagonal, of the two places of a hypothesis
@@ -45,6 +46,12 @@ class SearchResult:
     def explains(self) -> bool:
         """Whether the best one explains enough."""
         return self.best is not None and self.best.score >= LEAST_SCORE
+
+    @property
+    def stands_out(self) -> bool:
+        """Whether there is no need to look farther."""
+        best = 0.0 if self.best is None else self.best.score
+        return best > SURE_SCORE and self.second < CLEAR_MARGIN * best
 
     @property
     def unique(self) -> bool:
@@ -80,15 +87,11 @@ class ImageSearch:
 
     def run(self) -> SearchResult:
         """Hypotheses from ends first, then from places anywhere, until one stands out."""
+        confirmed = 0
         for batch in self._batches():
             self._try(*batch)
-            result = self.result()
-            if (
-                result.explains
-                and result.unique
-                and result.best is not None
-                and result.best.score > SURE_SCORE
-            ):
+            confirmed = confirmed + 1 if self.result().stands_out else 0
+            if confirmed == CONFIRMED:
                 break
         return self.result()
 
@@ -101,13 +104,14 @@ class ImageSearch:
 
     def _batches(self) -> Iterator[tuple[FloatArray, FloatArray]]:
         chains = self.chains
-        anywhere = self.known.samples(PLACES, least=2)
-        places = Places(anywhere.xyz, anywhere.tangent, anywhere.curve)
         points = self._points_of_chains()
+        yield self._orientations(chains.ends, self._ends, _pairs_of_one_chain(chains.ends), directed=True)
         for _ in range(BATCHES):
-            yield self._orientations(chains.ends, self._ends, directed=True)
+            yield self._orientations(chains.ends, self._ends, self._image_pairs(chains.ends), directed=True)
         for _ in range(BATCHES):
-            yield self._orientations(points, places, directed=False)
+            anywhere = self.known.samples(PLACES, self._rng.random())
+            places = Places(anywhere.xyz, anywhere.tangent, anywhere.curve)
+            yield self._orientations(points, places, self._image_pairs(points), directed=False)
 
     def _points_of_chains(self) -> ChainEnds:
         chains = self.chains
@@ -117,7 +121,7 @@ class ImageSearch:
         return ChainEnds(chains.xy[rows], chains.direction[rows], chains.chain[rows])
 
     def _orientations(
-        self, at: ChainEnds, places: Places, *, directed: bool
+        self, at: ChainEnds, places: Places, pairs: list[tuple[int, int]], *, directed: bool
     ) -> tuple[FloatArray, FloatArray]:
         """Orientations of some pairs of image places with all pairs of curve places."""
         rays = at.rays(self.chains.principal_distance)
@@ -126,7 +130,7 @@ class ImageSearch:
         distinct = apart > 1e-3 * apart.max(initial=0.0)
         first, second = first[distinct], second[distinct]
         found: list[tuple[FloatArray, FloatArray]] = []
-        for a, b in self._image_pairs(at):
+        for a, b in pairs:
             of_one = (places.curve[first] == places.curve[second]) | (at.chain[a] != at.chain[b])
             i, j = first[of_one], second[of_one]
             shape = (len(i), 2)
@@ -167,11 +171,13 @@ class ImageSearch:
         for k in self._distinct(rotation[order], position[order]):
             fitted = self._refiner.refine(rotation[order[k]], position[order[k]], self.gate)
             if fitted is not None and self.prior(fitted.rotation[None], fitted.position[None])[0]:
-                self._found.append(fitted)
+                best = max((each.score for each in self._found), default=0.0)
+                near = fitted.score > max(MARGIN * best, LEAST_SCORE)
+                self._found.append(self._refiner.polish(fitted) if near else fitted)
 
     def _distinct(self, rotation: FloatArray, position: FloatArray) -> list[int]:
         """The first orientations that see the probes at other places than those before, at most REFINED."""
-        seen = np.nan_to_num(see(self.chains, self._probes, rotation, position).xy, nan=1e9)
+        seen = self._probed(rotation, position)
         chosen: list[int] = []
         for k in range(len(seen)):
             away = [np.median(np.linalg.norm(seen[k] - seen[other], axis=1)) for other in chosen]
@@ -182,11 +188,20 @@ class ImageSearch:
         return chosen
 
     def _same(self, a: FittedOrientation, b: FittedOrientation) -> bool:
-        seen = see(
-            self.chains, self._probes, np.stack([a.rotation, b.rotation]), np.stack([a.position, b.position])
-        ).xy
-        away = np.linalg.norm(seen[0] - seen[1], axis=1)
-        return bool(np.nanmedian(away) < 0.5 * self.gate) if np.isfinite(away).any() else False
+        seen = self._probed(np.stack([a.rotation, b.rotation]), np.stack([a.position, b.position]))
+        return bool(np.median(np.linalg.norm(seen[0] - seen[1], axis=1)) < 0.5 * self.gate)
+
+    def _probed(self, rotation: FloatArray, position: FloatArray) -> FloatArray:
+        """Where the probes are seen, (s, q, 2) mm; far away where they are behind the camera."""
+        seen = see(self.chains, self._probes, rotation, position)
+        return np.nan_to_num(np.stack([seen.x, seen.y], axis=2), nan=1e9)
+
+
+def _pairs_of_one_chain(at: ChainEnds) -> list[tuple[int, int]]:
+    """Both ends of every chain that has two."""
+    rows = np.argsort(at.chain, kind="stable")
+    same = np.flatnonzero(np.diff(at.chain[rows]) == 0)
+    return [(int(rows[k]), int(rows[k + 1])) for k in same]
 
 
 def _largest(values: FloatArray, count: int) -> IntArray:
