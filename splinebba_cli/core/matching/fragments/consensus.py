@@ -12,11 +12,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from splinebba_cli.core.matching.fragments.hypotheses import Hypotheses
-from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 
 STATES = 8  # depths of a point that are kept
 LARGEST_WORTH = 6.0  # of one image
@@ -40,9 +41,7 @@ class Depths:
         return len(self.point)
 
 
-def agreed_depths(
-    found: Hypotheses, partners: IntArray, depths: FloatArray, gate: float
-) -> Depths:
+def agreed_depths(found: Hypotheses, partners: IntArray, depths: FloatArray, gate: float) -> Depths:
     """Alternative depths of the points of one image.
 
     Parameters
@@ -95,19 +94,21 @@ def _near_pairs(
     total = np.concatenate([[0], np.cumsum(count)])[start]
     cuts = np.searchsorted(total, np.arange(PAIRS, int(total[-1]), PAIRS))
     edges = np.unique(np.concatenate([[0], cuts, [len(start) - 1]]))
-    for begin, end in zip(edges[:-1], edges[1:], strict=True):
+    for begin, end in pairwise(edges):
         own = np.arange(start[begin], start[end])
         seed = np.repeat(own, count[own])
         within = np.arange(len(seed)) - np.repeat(np.cumsum(count[own]) - count[own], count[own])
         other = first[seed] + within
-        sure = (found.sigma[other] < found.sigma[seed]) | (found.sigma[other] == found.sigma[seed]) & (other < seed)
+        sure = (found.sigma[other] < found.sigma[seed]) | (found.sigma[other] == found.sigma[seed]) & (
+            other < seed
+        )
         seed, other = seed[sure], other[sure]
         yield np.concatenate([seed, other]), np.concatenate([other, seed])
 
 
 def _agreement(
     found: Hypotheses, seed: IntArray, other: IntArray, gate: float
-) -> tuple[FloatArray, np.ndarray]:
+) -> tuple[FloatArray, BoolArray]:
     """Difference of depth over its sigma, and whether depth and slope agree."""
     z = (found.depth[seed] - found.depth[other]) / np.hypot(found.sigma[seed], found.sigma[other])
     slope_sigma = np.hypot(found.slope_sigma[seed], found.slope_sigma[other])
@@ -115,7 +116,9 @@ def _agreement(
     return np.abs(z), (np.abs(z) < gate) & (np.abs(slope) < gate)
 
 
-def _states(found: Hypotheses, member: IntArray, worth: FloatArray, index: IntArray, start: IntArray) -> Depths:
+def _states(
+    found: Hypotheses, member: IntArray, worth: FloatArray, index: IntArray, start: IntArray
+) -> Depths:
     """The best depths of every point; a hypothesis that a better one has gathered gives none of its own."""
     order = np.lexsort((-worth, index))
     taken = np.zeros(len(found), dtype=bool)

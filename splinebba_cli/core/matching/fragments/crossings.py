@@ -68,10 +68,10 @@ def epipolar_crossings(
     if not np.linalg.norm(base) > 0.0:
         return Crossings.joined([])
     axes = _pencil(base, chains.ray[points])
-    belts = _belts(views, chains, points, segments, base, depths)
+    belts = _belts(chains, points, segments, base, depths)
     parts = []
     for point, first in _in_common_planes(axes, chains, belts):
-        parts.append(_crossed(views, chains, point, first, base, depths))
+        parts.append(_crossed(chains, point, first, base, depths))
     return Crossings.joined(parts)
 
 
@@ -88,7 +88,11 @@ class _Belts:
 
 
 def _belts(
-    views: Views, chains: TracedChains, points: IntArray, segments: IntArray, base: FloatArray, depths: FloatArray
+    chains: TracedChains,
+    points: IntArray,
+    segments: IntArray,
+    base: FloatArray,
+    depths: FloatArray,
 ) -> _Belts:
     length = np.linalg.norm(base)
     along = base / length
@@ -169,7 +173,6 @@ def _intervals(axes: FloatArray, begin: FloatArray, end: FloatArray) -> tuple[Fl
 
 
 def _crossed(
-    views: Views,
     chains: TracedChains,
     point: IntArray,
     first: IntArray,

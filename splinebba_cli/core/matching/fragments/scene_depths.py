@@ -50,7 +50,9 @@ def plausible_depths(
     """
     limits = np.full((len(views.position), 2), np.nan)
     known = np.zeros(len(views.position), dtype=bool)
-    curves = [curve.values for curve in network.curves if curve.family not in ("fourier", "conic", "polynomial")]
+    curves = [
+        curve.values for curve in network.curves if curve.family not in ("fourier", "conic", "polynomial")
+    ]
     knots = np.vstack([np.zeros((0, 3)), *curves])
     seen = network.point_observations
     for k in np.unique(chains.image):
@@ -107,7 +109,11 @@ def _crowded(depth: FloatArray, limits: FloatArray) -> tuple[float, float, float
     excess = np.bincount(group, count[full] - usual)
     full = full[excess[group] >= SMALL_GROUP * excess.max()]
     most = int(full[np.argmax(count[full])])
-    return 1.0 / float(edges[full[-1] + 1]), 2.0 / float(edges[most] + edges[most + 1]), 1.0 / float(edges[full[0]])
+    return (
+        1.0 / float(edges[full[-1] + 1]),
+        2.0 / float(edges[most] + edges[most + 1]),
+        1.0 / float(edges[full[0]]),
+    )
 
 
 def _common_depths(views: Views, chains: TracedChains, frames: Frames, image: int) -> FloatArray:
@@ -117,7 +123,9 @@ def _common_depths(views: Views, chains: TracedChains, frames: Frames, image: in
     if not len(base) or base.max() <= 0.0:
         return np.full(2, np.nan)
     samples = _spread(np.flatnonzero(chains.image == image), SAMPLES)
-    depth = np.geomspace(0.3 * base[base > 0.0].min(), 30.0 * base.max(), 60) / views.principal_distance[image]
+    depth = (
+        np.geomspace(0.3 * base[base > 0.0].min(), 30.0 * base.max(), 60) / views.principal_distance[image]
+    )
     xyz = (views.position[image] + depth[:, None, None] * chains.ray[samples]).reshape(-1, 3)
     seen = np.zeros(len(xyz), dtype=bool)
     for j in others:
