@@ -128,6 +128,9 @@ ERROR_CODES: dict[str, str] = {
     "SBB587": "nothing to find an orientation from",
     "SBB588": "no orientation explains the chains",
     "SBB589": "chains do not tell the orientation apart",
+    "SBB590": "no tie curves can be built from chains",
+    "SBB591": "chains without a curve",
+    "SBB592": "chains cut at jumps",
     "SBB599": "nothing was matched",
     # 6xx: output
     "SBB601": "results cannot be written",

@@ -78,7 +78,7 @@ def label_points(
         return points, state, agreed, found, joined, single
 
     count = len(chains)
-    value = np.full((4, count), np.nan)
+    value = np.full((4, count), np.nan)  # depth, sigma, slope, sigma of slope
     joined_all, single_all = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
     links: list[tuple[IntArray, FloatArray]] = []
     for points, state, agreed, found, joined, single in in_threads(of_image, images):
@@ -97,4 +97,7 @@ def label_points(
     link_point = np.concatenate([one for one, _ in links]) if links else np.zeros(0, dtype=np.int64)
     link_place = np.concatenate([two for _, two in links]) if links else np.zeros(0)
     order = np.argsort(link_point, kind="stable")
-    return LabelledPoints(*value, joined_all, single_all, link_point[order], link_place[order])
+    depth, sigma, slope, slope_sigma = value
+    return LabelledPoints(
+        depth, sigma, slope, slope_sigma, joined_all, single_all, link_point[order], link_place[order]
+    )

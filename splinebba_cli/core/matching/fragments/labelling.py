@@ -56,7 +56,7 @@ def best_depths(
     order = np.argsort(-np.diff(start), kind="stable")
     first, length = start[:-1][order], np.diff(start)[order]
     step = np.diff(chains.arc[points], prepend=0.0)
-    back = np.full((len(points), STATES + 1), -1, dtype=np.int8)
+    back = np.full((len(points), STATES + 1), -1)
     smooth = np.zeros(back.shape, dtype=bool)
     total = table.worth[first]
     ends = np.zeros(len(first), dtype=np.int64)
@@ -92,12 +92,15 @@ def _table(chains: TracedChains, found: Hypotheses, depths: Depths, points: IntA
     piece = np.full((len(points), STATES, depths.member.shape[1]), -1)
     of_place = chains.piece[found.place.astype(np.int64)]
     piece[point, rank] = np.where(depths.member >= 0, of_place[depths.member], -1)
-    return _Table(*values, worth, piece)
+    depth, sigma, slope, slope_sigma = values
+    return _Table(depth, sigma, slope, slope_sigma, worth, piece)
 
 
 def _transition(table: _Table, now: IntArray, step: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """Cost from every state of the points before to every state of points, (a, STATES + 1, STATES + 1), and
-    whether the depth goes on smoothly."""
+    """Cost from every state of the points before to every one of points, and whether the depth goes on smoothly.
+
+    Both are (a, STATES + 1, STATES + 1).
+    """
     cost = np.full((len(now), STATES + 1, STATES + 1), 0.5 * BREAK)
     cost[:, NONE, NONE] = 0.0
     smooth = np.zeros(cost.shape, dtype=bool)

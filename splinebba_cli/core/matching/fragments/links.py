@@ -14,7 +14,7 @@ from splinebba_cli.core.matching.fragments.link_table import Links, rows_of_link
 from splinebba_cli.core.matching.fragments.one_chain import one_chain_an_image
 from splinebba_cli.core.matching.fragments.traced_chains import TracedChains
 from splinebba_cli.core.matching.fragments.views import Views
-from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
+from splinebba_cli.core.network import FloatArray, IntArray
 
 WIDEST = 3.0  # what the dispersion of a fragment may add to the gate, in sigma of the image point
 NEIGHBOURS = 2  # on either side, over which the fit to a fragment is averaged

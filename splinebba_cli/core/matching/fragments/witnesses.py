@@ -31,7 +31,7 @@ def seeing_share(views: Views, frames: Frames, xyz: FloatArray, seen: BoolArray)
     mean = mean / np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
     cosine = np.einsum("kmi,ki->km", direction, mean)
     widest = np.where(seen, cosine, 1.0).min(axis=1)
-    between = ~seen & (cosine >= widest[:, None]) & seen.any(axis=1)[:, None]
+    between = ~seen & (cosine >= widest[:, None]) & (seen.sum(axis=1) > 0)[:, None]
     place, image = np.nonzero(between)
     missing = int(frames.shows(views, image, xyz[place]).sum())
     found = int(seen.sum())
