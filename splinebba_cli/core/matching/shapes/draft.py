@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from splinebba_cli.core.approximation.knot_spacing import present_curve
 from splinebba_cli.core.estimation.curve_stage import curves_alone, solve_curves
 from splinebba_cli.core.matching.shapes.place_fit import PlaceFit
 from splinebba_cli.core.network import (
@@ -29,6 +28,7 @@ from splinebba_cli.core.observations.locations import held_locations
 from splinebba_cli.core.state import Prepared, State, initial_coefficients, prepare
 
 ITERATIONS = 20
+HOLD = 0.1  # sigma of the knots of a draft, of the length of the curve
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,14 @@ class Draft:
     def present_curves(self) -> tuple[Curve, ...]:
         """The new curves with their present knots."""
         return tuple(
-            present_curve(self.prepared, k, self.coefficients_of(k)) for k in range(len(self.curves))
+            replace(
+                curve,
+                values=basis.values_from_coefficients(self.coefficients_of(k)),
+                sigma=np.full(curve.values.shape, np.inf),
+                knot_parameters=basis.break_points.copy(),
+                reference=None,
+            )
+            for k, (curve, basis) in enumerate(zip(self.curves, self.prepared.curves.bases, strict=True))
         )
 
     def with_links(self, keep: BoolArray) -> Draft:
@@ -75,7 +82,7 @@ class Draft:
         prepared = prepare(
             replace(
                 network,
-                curves=self.present_curves(),
+                curves=_held(self.present_curves()),
                 curve_observations=select_rows(network.curve_observations, kept),
             )
         )
@@ -93,7 +100,7 @@ class Draft:
 def draft_of(
     network: Network, state: State, curves: tuple[Curve, ...], row: IntArray, curve: IntArray, location: FloatArray
 ) -> Draft:  # fmt: skip
-    """A draft at given orientations.
+    """A draft at given orientations; knots are held weakly where they are, against parts that no image determines.
 
     Parameters
     ----------
@@ -112,7 +119,7 @@ def draft_of(
     prepared = prepare(
         replace(
             network,
-            curves=curves,
+            curves=_held(curves),
             curve_observations=links,
             points=Points((), (), three, three, three),
             point_observations=PointObservations(whole, whole, np.zeros((0, 2)), np.zeros((0, 2))),
@@ -127,11 +134,20 @@ def draft_of(
 
 def with_curves(draft: Draft, curves: tuple[Curve, ...]) -> Draft:
     """The same links on curves with other knots; locations are searched again."""
-    prepared = prepare(replace(draft.prepared.network, curves=curves))
+    prepared = prepare(replace(draft.prepared.network, curves=_held(curves)))
     begin = replace(
         draft.state, coefficients=initial_coefficients(prepared), location=np.full(len(draft.row), np.nan)
     )
     return Draft(prepared, search_locations(prepared, begin), draft.row)
+
+
+def _held(curves: tuple[Curve, ...]) -> tuple[Curve, ...]:
+    """Curves whose knots have a weak prior: a share of the length of the curve."""
+    held = []
+    for curve in curves:
+        length = float(np.linalg.norm(np.diff(curve.values, axis=0), axis=1).sum())
+        held.append(replace(curve, sigma=np.full(curve.values.shape, HOLD * length)))
+    return tuple(held)
 
 
 def curve_of_fit(fit: PlaceFit, id: str, corners: tuple[float, ...] = ()) -> Curve:

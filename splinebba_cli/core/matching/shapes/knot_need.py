@@ -13,7 +13,6 @@ from dataclasses import replace
 import numpy as np
 from scipy.stats import chi2
 
-from splinebba_cli.core.approximation.knot_spacing import present_curve
 from splinebba_cli.core.curves.basis import CurveBasis
 from splinebba_cli.core.estimation.curve_folding import folded_segments
 from splinebba_cli.core.matching.shapes.draft import Draft, with_curves
@@ -73,9 +72,7 @@ def wanted_knots(draft: Draft, tolerance: float, only: BoolArray, most: int | No
     found: list[FloatArray] = []
     for k in range(len(draft.curves)):
         start, stop = int(curves.segment_start[k]), int(curves.segment_start[k + 1])
-        chosen = (
-            start + np.flatnonzero(worst[start:stop] > tolerance) if only[k] else np.zeros(0, dtype=np.int64)
-        )
+        chosen = start + np.flatnonzero(worst[start:stop] > tolerance) if only[k] else np.zeros(0, dtype=np.int64)
         chosen = chosen[np.argsort(-worst[chosen], kind="stable")]
         new: list[float] = []
         for s in chosen.tolist():
@@ -109,10 +106,10 @@ def _apart(new: FloatArray, basis: CurveBasis) -> FloatArray:
 
 def _divided(draft: Draft, new: list[FloatArray]) -> tuple[Curve, ...]:
     return tuple(
-        with_knots(
-            present_curve(draft.prepared, k, draft.coefficients_of(k)), basis, draft.coefficients_of(k), own
+        with_knots(curve, basis, draft.coefficients_of(k), own)
+        for k, (curve, basis, own) in enumerate(
+            zip(draft.present_curves(), draft.prepared.curves.bases, new, strict=True)
         )
-        for k, (basis, own) in enumerate(zip(draft.prepared.curves.bases, new, strict=True))
     )
 
 
@@ -133,10 +130,8 @@ def _chosen(draft: Draft, trial: Draft, better: BoolArray) -> Draft:
     """The better of two drafts for every curve; both have the same links."""
     if better.all():
         return trial
-    curves = tuple(
-        present_curve(side.prepared, k, side.coefficients_of(k))
-        for k, side in enumerate(trial if take else draft for take in better)
-    )
+    pairs = zip(trial.present_curves(), draft.present_curves(), better, strict=True)
+    curves = tuple(new if take else old for new, old, take in pairs)
     found = with_curves(draft, curves)
     location = np.where(better[draft.links.curve], trial.state.location, draft.state.location)
     return replace(found, state=replace(found.state, location=location))

@@ -13,13 +13,17 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from splinebba_cli.core.matching.shapes.place_fit import fit_places
 from splinebba_cli.core.matching.shapes.polyline_feet import feet_on_polyline
-from splinebba_cli.core.matching.shapes.strand import SMOOTH_TOLERANCE, Strand, on_fit
+from splinebba_cli.core.matching.shapes.strand import SMOOTH_TOLERANCE, Strand, carrier, on_fit
 from splinebba_cli.core.network import FloatArray
 
 ROUNDS = 2
+FEWEST_SHARED = 6  # image points that tell how two strands belong together
+NEAR = 4.0  # spacings of places between strands without common image points
+ALONG = 0.5  # cosine of their directions
 
 
 def merged(strands: list[Strand]) -> Strand:
@@ -49,36 +53,47 @@ def refitted(strand: Strand, rounds: int = ROUNDS) -> Strand:
     return strand
 
 
+def _common(present: Strand, other: Strand) -> tuple[FloatArray, FloatArray]:
+    """Places on both that belong together, locations along the other (ascending) and along the present one.
+
+    Image points of both say it; where there are too few of them, the places beside the present line.
+    """
+    _, a, b = np.intersect1d(present.link_row, other.link_row, return_indices=True)
+    if len(a) >= FEWEST_SHARED:
+        here, there = present.link_location[a], other.link_location[b]
+    else:
+        feet = feet_on_polyline(present.line, other.line, closed=present.closed)
+        step = np.gradient(other.line, axis=0)
+        cosine = np.sum(step * feet.tangent, axis=1) / np.maximum(np.linalg.norm(step, axis=1), 1e-300)
+        reach = NEAR * max(present.spacing, other.spacing)
+        near = feet.beside & (np.abs(cosine) > ALONG) & (np.linalg.norm(feet.offset, axis=1) < reach)
+        table = present.location
+        if present.closed:
+            table = np.append(table, table[0] + present.period)
+        here, there = np.interp(feet.place, np.arange(len(table)), table)[near], other.location[near]
+    order = np.argsort(there, kind="stable")
+    return there[order], here[order]
+
+
 def _common_length(present: Strand, other: Strand) -> float:
-    beside = feet_on_polyline(present.line, other.line, closed=present.closed).beside
-    return float(other.length * beside.mean()) if np.count_nonzero(beside) >= 2 else 0.0
+    there, _ = _common(present, other)
+    return float(there[-1] - there[0]) if len(there) >= 2 else 0.0
 
 
 def _laid_along(present: Strand, other: Strand) -> Strand:
     """Both as one, with locations along the first."""
-    feet = feet_on_polyline(present.line, other.line, closed=present.closed)
-    index = np.arange(len(present.location) + present.closed)
-    table = (
-        np.append(present.location, present.location[0] + present.period)
-        if present.closed
-        else present.location
-    )
-    along = np.interp(feet.place, index, table)
+    there, here = _common(present, other)
     if present.closed:
-        along = _unwrapped(along, present.period)
-    inside = np.flatnonzero(feet.beside)
-    if along[inside[-1]] < along[inside[0]]:
+        here = _unwrapped(here, present.period)
+    half = len(here) // 2
+    if np.median(here[half:]) < np.median(here[: max(half, 1)]):
         return _laid_along(present, other.reversed())
-    location = np.interp(other.location, other.location[inside], np.maximum.accumulate(along[inside]))
-    own = other.location
-    location += np.minimum(own - own[inside[0]], 0.0) + np.maximum(own - own[inside[-1]], 0.0)
-    link = np.interp(other.link_location, own, location)
+    here = np.maximum.accumulate(median_filter(here, min(5, len(here)), mode="nearest"))
+    carried = carrier(there, here)
+    location, link = carried(other.location), carried(other.link_location)
     if present.closed:
         low = present.location[0]
-        location, link = (
-            low + np.mod(location - low, present.period),
-            low + np.mod(link - low, present.period),
-        )
+        location, link = low + np.mod(location - low, present.period), low + np.mod(link - low, present.period)
     new = ~np.isin(other.link_row, present.link_row)
     order = np.argsort(np.concatenate([present.location, location]), kind="stable")
     joined = {

@@ -3,7 +3,10 @@
 With d_i = X(u_i) - x_i, the lateral weight W_i = F (F' D_i F)^-1 F' (F: two directions across the curve, D_i the
 dispersion of the place) and a weak hold along the curve,
 
-    sum_i h_i d_i' (W_i + t t' / s^2) d_i = min,      h_i = min(1, ROBUST / |d_i|_W)
+    sum_i h_i d_i' (W_i + t t' / s^2) d_i + w int |X''|^2 du = min,      h_i = min(1, ROBUST / |d_i|_W)
+
+The last part bridges what the places leave open, by the straightest curve: w belongs to a turn of one radian in BEND
+spacings of places, which no measured stretch feels.
 
 Locations move to the foot points between the solutions.  A segment is divided (Lee 2008, 2.3.1) where the mean
 distance of neighbouring places is larger than the tolerance in their sigma: what one image shows by chance is no bend.
@@ -28,6 +31,8 @@ FEWEST = 6  # places in a segment that may be divided
 SHORTEST = 2.0  # segments, in spacings of places
 INSERTIONS = 14
 RIDGE = 1e-9
+BEND = 5.0
+REACH = 2.0  # spacings by which a foot point may leave the first location of its place: a poor fit leads astray
 
 
 @dataclass(frozen=True)
@@ -165,8 +170,24 @@ def _solved(
     reference = _straight(basis, places)
     ridge = RIDGE * diagonal + 1e-9 * max(float(diagonal.max()), 1e-300)
     right = right + ridge * reference.ravel()
+    if places.spacing > 0.0:
+        normal = csc_matrix(normal + bending(basis) * (BEND * places.spacing))
     damped = csc_matrix(normal + csc_matrix(coo_matrix((ridge, (np.arange(size), np.arange(size))))))
     return np.asarray(splu(damped).solve(right)).reshape(-1, 3)
+
+
+def bending(basis: CurveBasis) -> csc_matrix:
+    """Matrix of int |X''|^2 du over the coordinates of all coefficients, (3 m, 3 m)."""
+    length = np.diff(basis.break_points)
+    second = np.zeros((4, 4))
+    second[2, 2], second[2, 3], second[3, 2], second[3, 3] = 4.0, 6.0, 6.0, 12.0  # of t^2, t^3 over [0, 1]
+    own = np.einsum("skw,kl,slv->swv", basis.power, second, basis.power) / length[:, None, None] ** 3
+    columns = 3 * basis.columns
+    size = 3 * basis.coefficient_count
+    row = np.broadcast_to(columns[:, :, None, None] + np.arange(3), (*own.shape, 3))
+    column = np.broadcast_to(columns[:, None, :, None] + np.arange(3), (*own.shape, 3))
+    values = np.broadcast_to(own[..., None], row.shape)
+    return csc_matrix(coo_matrix((values.ravel(), (row.ravel(), column.ravel())), shape=(size, size)))
 
 
 def _straight(basis: CurveBasis, places: Places) -> FloatArray:
@@ -180,12 +201,13 @@ def _feet(
     basis: CurveBasis, coefficients: FloatArray, places: Places, u: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Foot points near the locations, (n,), and unit tangents there, (n, 3)."""
-    limit = 0.25 * np.median(np.diff(basis.break_points))
+    reach = REACH * places.spacing if places.spacing > 0.0 else 0.25 * float(np.median(np.diff(basis.break_points)))
     for _ in range(3):
         first = basis.evaluate(u, coefficients, 1)
         off = places.xyz - basis.evaluate(u, coefficients)
         square = np.maximum(np.sum(first * first, axis=1), 1e-300)
-        u = u + np.clip(np.sum(off * first, axis=1) / square, -limit, limit)
+        u = u + np.clip(np.sum(off * first, axis=1) / square, -reach, reach)
+        u = np.clip(u, places.location - reach, places.location + reach)
         if not basis.closed:
             u = np.clip(u, basis.break_points[0] - places.spacing, basis.break_points[-1] + places.spacing)
     first = basis.evaluate(u, coefficients, 1)

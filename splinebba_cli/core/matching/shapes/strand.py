@@ -108,7 +108,7 @@ def on_fit(fit: PlaceFit, strand: Strand) -> Strand:
     earlier = np.argsort(strand.location, kind="stable")
     known, new = strand.location[earlier], np.empty(len(order))
     new[order] = location
-    carried = _carrier(known, np.maximum.accumulate(new[earlier]))
+    carried = carrier(known, np.maximum.accumulate(new[earlier]))
     return replace(
         strand,
         xyz=strand.xyz[order],
@@ -123,7 +123,7 @@ def on_fit(fit: PlaceFit, strand: Strand) -> Strand:
     )
 
 
-def _carrier(before: FloatArray, after: FloatArray) -> Callable[[FloatArray], FloatArray]:
+def carrier(before: FloatArray, after: FloatArray) -> Callable[[FloatArray], FloatArray]:
     """Locations carried from one table of ascending places to another, straight on beyond its ends."""
     distinct = np.concatenate([[True], np.diff(before) > 0.0])
     known, new = before[distinct], after[distinct]
