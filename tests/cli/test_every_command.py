@@ -140,6 +140,7 @@ def test_quiet_says_nothing_but_results(files: dict[str, str], tmp_path: Path) -
     for command, *words in (
         ("check", "{good}"),
         ("adjust", "{good}", "-o", "{new}", "--no-html"),
+        ("match", "{chains}", "-o", "{new}.matched", "--no-html", "--rounds", "2"),
         ("compare", "{results}", "{results}"),
         ("report", "{results}"),
         ("fit", "{points}", "-o", "{new}.yaml"),
