@@ -136,7 +136,7 @@ def _stage_chains(folder: Path) -> None:
     assert run("simulate", "strip", "-o", folder / "labelled", "--seed", 3).exit_code == 0
     project = folder / "labelled" / "project.yaml"
     text = project.read_text(encoding="utf-8").partition("\nsimulation:")[0]
-    errors = "start_position_m: 0.0, start_angle_deg: 0.0"
+    errors = "start_position_m: 0.0, start_angle_deg: 0.0, start_knots_m: 0.0"
     chains = f"simulation: {{chains: true, chain_points: 15, wrong_chain_share: 0.2, {errors}}}"
     project.write_text(f"{text}\n{chains}\n", encoding="utf-8")
     for name in ("chains", "demanding"):
