@@ -40,6 +40,7 @@ class Sample:
     acceptance: str = ""
     nullity: int = 0  # of the measurements and priors alone
     edit: Callable[[Path], None] | None = None  # of the folder, after it was simulated
+    match: bool = False  # whether its chains are matched before the adjustment
 
     @property
     def folder(self) -> Path:
@@ -73,6 +74,7 @@ SAMPLES = (
     Sample(
         "free_network", "close-range-ring", 1, 0, "acceptance: {global_test: true}", nullity=6, edit=freed
     ),
+    Sample("edge_chains", "edge-chains", 1, 0, "acceptance: {global_test: true}", match=True),
 )
 
 
@@ -99,8 +101,15 @@ def simulate(sample: Sample, folder: Path) -> None:
 
 
 def adjust(sample: Sample, output: Path) -> Result:
-    """Adjust a sample where it lies; results go to `output`."""
-    return run("adjust", sample.folder, "-o", output, "--format", "json", "-q")
+    """Adjust a sample where it lies, after matching its chains where it has some; results go to `output`."""
+    project = sample.folder
+    if sample.match:
+        matched = output.with_name("matched")
+        result = run("match", project, "-o", matched, "--format", "json", "-q", "--no-html")
+        if result.exit_code:
+            return result
+        project = matched / "matched.yaml"
+    return run("adjust", project, "-o", output, "--format", "json", "-q")
 
 
 def regenerate(sample: Sample) -> None:

@@ -91,7 +91,7 @@ def adjusted_project(
         }
     if data["adjustment"].pop("knots", None) is not None:
         data["adjustment"]["gauge_conditions"] = "all"  # as where the program spaces the knots
-    for section in ("acceptance", "simulation"):
+    for section in ("matching", "acceptance", "simulation"):
         if section in written:
             data[section] = written[section]
     comment = "Adjusted values as approximate values; the knots are final."

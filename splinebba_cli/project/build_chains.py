@@ -19,6 +19,7 @@ from splinebba_cli.project.table_reader import Wanted
 from splinebba_cli.project.yaml_source import YamlPath
 
 DIRECTIONS = ("direction", "normal_x", "normal_y")
+NO_CHAIN = ("", "-")  # fields of single points in a column of chains
 CHAIN_COLUMNS = Wanted(("image", "x", "y"), ("chain", *DIRECTIONS, *SIGMA_COLUMNS, "use"))
 
 
@@ -90,7 +91,7 @@ def _chains(table: Table, image: IntArray, building: Building) -> tuple[IntArray
         return np.full(table.rows, -1, dtype=np.int64), ()
     words = table.words("chain")
     _check_names(table, building)
-    single = np.array([not name for name in words.names], dtype=bool)[words.number]
+    single = np.array([name in NO_CHAIN for name in words.names], dtype=bool)[words.number]
     key = image * len(words.names) + words.number
     begins = np.concatenate([[True], key[1:] != key[:-1]]) & ~single
     _, first, chain = np.unique(key[begins], return_index=True, return_inverse=True)
@@ -112,7 +113,7 @@ def _chains(table: Table, image: IntArray, building: Building) -> tuple[IntArray
 def _check_names(table: Table, building: Building) -> None:
     words = table.words("chain")
     for number, name in enumerate(words.names):
-        if name and (problem := id_problem(name)):
+        if name not in NO_CHAIN and (problem := id_problem(name)):
             row = int(np.flatnonzero(words.number == number)[0])
             building.collector.error(
                 "SBB210", f"`chain` {problem}", table.place_of(row, "chain"), kind="bad names of chains"

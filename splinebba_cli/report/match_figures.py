@@ -13,6 +13,7 @@ from splinebba_cli.report.svg_text import Tips
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_HEADROOM = 1.15  # for the names of the stages
 _DECADE = 10.0  # beyond which ratio of the gates their axis is logarithmic
 _MARGINS = (0.08, 0.17, 0.985, 0.88, 0.26)
 
@@ -35,10 +36,10 @@ def gate_history(content: dict[str, Any]) -> str:
             left.yaxis.set_major_formatter("{x:g}")
             left.yaxis.set_minor_formatter("")
         else:
-            left.set_ylim(bottom=0.0)
+            left.set_ylim(0.0, _HEADROOM * float(np.nanmax(gate)))
         left.set_title("Half width of the gate [px]")
         right.plot(rounds, matched, "o-", color=ROLE_COLOURS["tie"], markersize=3)
-        right.set_ylim(bottom=0.0)
+        right.set_ylim(0.0, _HEADROOM * max(float(matched.max()), 1.0))
         right.set_title("Matched points")
         for axes in (left, right):
             axes.set_xlabel("round")
@@ -61,6 +62,8 @@ def ambiguity(content: dict[str, Any]) -> str:
     ]
 
     def draw(figure: Figure) -> None:
+        from matplotlib.ticker import MaxNLocator
+
         axes = figure.add_subplot()
         middle = 0.5 * (edges[:-1] + edges[1:])
         bars = axes.vlines(middle, 0.0, numbers, color=ROLE_COLOURS["tie"], alpha=0.8)
@@ -69,6 +72,7 @@ def ambiguity(content: dict[str, Any]) -> str:
         axes.axvline(found["close_from"], color=INK, linewidth=0.8, linestyle=(0, (4, 3)))
         axes.set_xlim(0.0, 1.0)
         axes.set_ylim(bottom=0.0)
+        axes.yaxis.set_major_locator(MaxNLocator(integer=True))
         axes.grid(visible=False, axis="x")
         axes.set_xlabel("distance from the chosen spline / distance from the next one")
         axes.set_ylabel("points")

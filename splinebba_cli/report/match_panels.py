@@ -19,12 +19,10 @@ _WIDTH, _EDGE = 400.0, 1.0
 _KINDS = ("matched", "new", "unmatched")
 _MARKS = (
     ("d-matched", "━", "on a spline of the project"),
-    ("d-new", "━", "on a new spline"),
     ("d-unmatched", "━", "unmatched"),
     ("d-projected", "╌", "projected spline"),
-    ("d-weak", "╍", "weak part of a new spline"),
 )
-_LEGEND = "".join(f'<span><i class="{kind}">{mark}</i> {text}</span>' for kind, mark, text in _MARKS)
+_MARKS_OF_NEW = (("d-new", "━", "on a new spline"), ("d-weak", "╍", "weak part of a new spline"))
 
 
 def match_images(result: MatchResult, images: list[dict[str, Any]]) -> str:
@@ -37,7 +35,9 @@ def match_images(result: MatchResult, images: list[dict[str, Any]]) -> str:
     order = drawn_images(images)
     panels = _Panels(result)
     first = "".join(panels.svg(k, images[k]) for k in order[:SHOWN])
-    text = f'<p class="legend">{_LEGEND}</p><div class="panels">{first}</div>'
+    marks = (*_MARKS, *(_MARKS_OF_NEW if result.built else ()))
+    legend = "".join(f'<span><i class="{kind}">{mark}</i> {text}</span>' for kind, mark, text in marks)
+    text = f'<p class="legend">{legend}</p><div class="panels">{first}</div>'
     rest = order[SHOWN:]
     if rest:
         more = "".join(

@@ -81,7 +81,7 @@ class Case:
         return found
 
     def run(self, folder: Path) -> tuple[int, str]:
-        """Exit code and what the command finds, printed in the folder of the project; only `check` finds as its result."""
+        """Exit code and what the command finds in the folder of the project; only `check` prints it on stdout."""
         arguments = [
             self.command,
             self.content.get("project", "project.yaml"),

@@ -48,6 +48,13 @@ CASES = (
     Case("adjust", "JUnit in no folder", "{good} -o {new} --junit {nothing}/j.xml", 2),
     Case("adjust", "JUnit is a folder", "{good} -o {new} --junit {folder}", 2),
     Case("adjust", "quiet and verbose", "{good} -o {new} -q -v", 2),
+    Case("match", "matched", "{chains} -o {new} --no-html --rounds 3", 0),
+    Case("match", "not accepted", "{demanding} -o {new} --no-html --rounds 3", 1),
+    Case("match", "no chains", "{good} -o {new}", 2),
+    Case("match", "invalid", "{bad} -o {new}", 2),
+    Case("match", "missing", "{nothing}", 2),
+    Case("match", "output is somebody's folder", "{chains} -o {folder}", 2),
+    Case("match", "quiet and verbose", "{chains} -o {new} -q -v", 2),
     Case("simulate", "list", "list", 0),
     Case("simulate", "kind", "strip -o {new}", 0),
     Case("simulate", "project", "{good} -o {new}", 0),
@@ -109,16 +116,32 @@ def stage(folder: Path) -> dict[str, str]:
     _edit(folder / "bad", "cameras:", "kameras:")
     assert run("adjust", folder / "good", "-o", folder / "results", "--no-html").exit_code == 0
     assert run("adjust", folder / "strict", "-o", folder / "others", "--no-html").exit_code == 1
+    _stage_chains(folder)
     (folder / "folder").mkdir()
     (folder / "folder" / "thesis.txt").write_text("mine", encoding="utf-8")
     (folder / "file").write_text("mine", encoding="utf-8")
     rows = "".join(f"{x},{0.01 * x * x},0\n" for x in range(30))
     (folder / "points.csv").write_text(f"x,y,z\n{rows}", encoding="utf-8")
-    names = ("good", "strict", "bad", "singular", "results", "others", "folder", "file", "nothing")
+    names = (
+        "good", "strict", "bad", "singular", "results", "others", "folder", "file", "nothing", "chains", "demanding",
+    )  # fmt: skip
     return {name: str(folder / name) for name in names} | {
         "points": str(folder / "points.csv"),
         "long": str(folder / ("x" * 300)),
     }
+
+
+def _stage_chains(folder: Path) -> None:
+    """A strip whose image points have no labels, a fifth of them in wrong chains; and one that asks for all of them."""
+    assert run("simulate", "strip", "-o", folder / "labelled", "--seed", 3).exit_code == 0
+    project = folder / "labelled" / "project.yaml"
+    text = project.read_text(encoding="utf-8").partition("\nsimulation:")[0]
+    errors = "start_position_m: 0.0, start_angle_deg: 0.0, start_knots_m: 0.0"
+    chains = f"simulation: {{chains: true, chain_points: 15, wrong_chain_share: 0.2, {errors}}}"
+    project.write_text(f"{text}\n{chains}\n", encoding="utf-8")
+    for name in ("chains", "demanding"):
+        assert run("simulate", folder / "labelled", "-o", folder / name).exit_code == 0
+    _edit(folder / "demanding", "\n", "\nmatching: {min_matched_share: 0.999}\n")
 
 
 def _edit(project: Path, old: str, new: str) -> None:

@@ -19,6 +19,7 @@ def run(code: str) -> str:
     [
         ["--help"],
         ["adjust", "--help"],
+        ["match", "--help"],
         ["batch", "--help"],
         ["simulate", "--help"],
         ["--version"],
@@ -41,10 +42,10 @@ def test_public_functions_are_loaded_at_first_use() -> None:
     code = (
         "import sys, splinebba_cli\n"
         "assert 'numpy' not in sys.modules\n"
-        "assert {'load_project', 'adjust', 'simulate'} <= set(dir(splinebba_cli))\n"
-        "print(*(getattr(splinebba_cli, n).__name__ for n in ('load_project', 'adjust', 'simulate')))\n"
+        "assert {'load_project', 'adjust', 'match', 'simulate'} <= set(dir(splinebba_cli))\n"
+        "print(*(getattr(splinebba_cli, n).__name__ for n in ('load_project', 'adjust', 'match', 'simulate')))\n"
     )
-    assert run(code).strip() == "load_project adjust simulate"
+    assert run(code).strip() == "load_project adjust match simulate"
 
 
 def test_unknown_name_of_the_package() -> None:
