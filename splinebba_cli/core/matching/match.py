@@ -11,12 +11,14 @@ import numpy as np
 from splinebba_cli.core.curves.registry import basis_of, lasting_parameters
 from splinebba_cli.core.estimation.gauss_markov import Observer
 from splinebba_cli.core.matching.finishing import Known
+from splinebba_cli.core.matching.free_orientation import orient_freely
 from splinebba_cli.core.matching.known_curves import match_known_curves
 from splinebba_cli.core.matching.labelled_network import with_labels
 from splinebba_cli.core.matching.matches import MatchResult
 from splinebba_cli.core.matching.new_curves import WithNewCurves, with_new_curves
 from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.core.network import Curve, FloatArray, Network
+from splinebba_cli.core.result import Problem
 from splinebba_cli.core.quality.orientation_dispersion import eop_dispersion
 from splinebba_cli.core.state import prepare
 
@@ -39,10 +41,13 @@ def match(
     """
     settings = settings or MatchSettings()
     begin = time.perf_counter()
+    oriented, unoriented = _oriented(network, settings)
+    timings = {"free_orientation_s": time.perf_counter() - begin}
+    begin = time.perf_counter()
     _log.info("matching against given curves")
-    known = match_known_curves(network, settings, observer=observer)
-    improved = _improved(network, known)
-    timings = {"known_curves_s": time.perf_counter() - begin}
+    known = match_known_curves(oriented, settings, observer=observer)
+    improved = _improved(oriented, known)
+    timings["known_curves_s"] = time.perf_counter() - begin
     found = WithNewCurves(improved, known.matches, (), ())
     if settings.new_curves:
         _log.info("building curves")
@@ -57,9 +62,18 @@ def match(
         eop_dispersion=_dispersion(improved, known),
         history=known.history,
         built=found.built,
-        problems=(*known.problems, *found.problems),
+        problems=(*unoriented, *known.problems, *found.problems),
         timings=timings,
     )
+
+
+def _oriented(network: Network, settings: MatchSettings) -> tuple[Network, tuple[Problem, ...]]:
+    """The network with orientations of images that have none, and why some stay without."""
+    if not settings.orient_freely or network.images.has_orientation.all():
+        return network, ()
+    _log.info("searching for orientations")
+    found = orient_freely(network, settings)
+    return found.apply(network), found.problems
 
 
 def _improved(network: Network, known: Known) -> Network:
