@@ -7,7 +7,7 @@ off.  Prints wall and processor seconds of
 
     prepare       curve tables, corrected image points
     candidates    all places of all curves within the gate of every point, the least of the repeats
-    match         the whole matching, with --whole
+    match         the whole matching, with --whole: labels and orientations, whose sigma are given
 
 then how many points have the right curve as nearest candidate (as their label), and how many candidates a point has.
 """
@@ -26,10 +26,11 @@ from typing import Any, TypeVar
 import numpy as np
 
 from benchmarks.machine import machine
-from benchmarks.matching_block import PIXEL_MM, MatchingBlock, matching_block
+from benchmarks.matching_block import PIXEL_MM, SHIFT_M, TURN_RAD, MatchingBlock, matching_block
 from splinebba_cli.core.matching.candidates import Candidates, find_candidates
 from splinebba_cli.core.matching.match import match
 from splinebba_cli.core.matching.scene import Scene
+from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.core.network import IntArray, Network
 from splinebba_cli.core.state import State, initial_coefficients, prepare
 
@@ -95,8 +96,13 @@ def measure(block: MatchingBlock, gate_px: float, repeats: int, whole: bool) -> 
         "nearest": shares(block, labels(count, found)),
     }
     if whole:
-        result, taken = timed(lambda: match(network))
-        figures |= {"match": taken.__dict__, "matched": shares(block, result.matches.curve)}
+        settings = MatchSettings(position_sigma_m=SHIFT_M, angle_sigma_rad=TURN_RAD)
+        result, taken = timed(lambda: match(network, settings))
+        figures |= {
+            "match": taken.__dict__,
+            "rounds": len(result.history),
+            "matched": shares(block, result.matches.curve),
+        }
     figures["peak_gib"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     return figures
 
@@ -118,6 +124,8 @@ def main() -> None:
     for name in ("prepare", "candidates", "match"):
         if name in figures:
             print(f"{name:12s} {figures[name]['wall']:8.2f} s, processor {figures[name]['processor']:8.2f} s")
+    if chosen.whole:
+        print(f"rounds of matching and adjustment: {figures['rounds']}")
     print(f"{figures['count']} candidates, at most {figures['most_of_a_point']} of a point")
     for name in ("nearest", "matched"):
         if name in figures:
