@@ -23,6 +23,7 @@ from splinebba_cli.core.state import State
 
 ITERATIONS = 60
 GROSS_ROUNDS = 5
+FEW = 1e-3  # share of labelled points: so many gross errors more change nothing
 LEAST = 0.1  # redundancy number of a point with which its residual still tells something
 
 
@@ -74,9 +75,10 @@ def finished(
         progress = progress.after(solved, 1.0)
         found = context.label(progress, curves)
         beyond = _gross(context, found, labels, start.held)
-        if not (beyond & ~gross).any():
-            break
+        few = (beyond & ~gross).sum() <= FEW * len(labels.rows)
         gross |= beyond
+        if few:
+            break
     seen = np.bincount(
         context.network.unlabelled.image[progress.labels.rows], minlength=len(weak)
     )

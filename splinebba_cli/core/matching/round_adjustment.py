@@ -12,13 +12,13 @@ from functools import cached_property
 import numpy as np
 
 from splinebba_cli.core.approximation.control_network import control_network, known_curves
-from splinebba_cli.core.curves.curve_set import CurveSet
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
 from splinebba_cli.core.estimation.datum import datum_layout
 from splinebba_cli.core.estimation.gauss_markov import Observer, solution_at, solve
 from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.matching.held_feet import HeldPoints, at_feet
 from splinebba_cli.core.matching.labelled_network import with_labels
+from splinebba_cli.core.matching.scene import Scene
 from splinebba_cli.core.matching.uncertainty import CurveCofactors, Uncertainty
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, Network
 from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
@@ -63,7 +63,7 @@ class RoundNetwork:
     """A network with all its curves, of which a round adjusts some."""
 
     network: Network  # with priors (orientation_prior.py)
-    curves: CurveSet  # of all
+    scene: Scene  # of all curves at the state with which the round begins
     kept: BoolArray  # (nc,) curves that take part
     iterations: int
     observer: Observer | None = None
@@ -82,7 +82,7 @@ class RoundNetwork:
     @property
     def coefficients(self) -> BoolArray:
         """Coefficients (C,) of adjusted curves."""
-        return np.repeat(self.adjusted, np.diff(self.curves.coefficient_start))
+        return np.repeat(self.adjusted, np.diff(self.scene.curves.coefficient_start))
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ def _solved(problem: RoundNetwork, state: State, labels: Labels, factor: FloatAr
         problem.network, np.where(others, labels.curve, -1), labels.location, factor
     )
     part, _ = control_network(network, problem.adjusted)
-    points = HeldPoints.of(problem.network, on_held, labels.curve[on_held], factor[on_held])
+    points = HeldPoints.of(problem.scene, on_held, labels.curve[on_held], factor[on_held])
     prepared = prepare(points.added_to(part) if len(points) else part)
     begin = replace(
         state,
@@ -168,7 +168,7 @@ def _solved(problem: RoundNetwork, state: State, labels: Labels, factor: FloatAr
         location=part.curve_observations.location,
         xyz=np.vstack([state.xyz, np.zeros((len(points), 3))]),
     )
-    run = _FootRun(problem, points, state.coefficients, labels.location[on_held], prepared)
+    run = _FootRun(problem, points, labels.location[on_held], prepared)
     solved = run.solved(begin)
     if solved is None:
         return None
@@ -181,7 +181,6 @@ class _FootRun:
 
     problem: RoundNetwork
     points: HeldPoints
-    coefficients: FloatArray  # (C, 3) of all curves
     u: FloatArray  # (k,)
     prepared: Prepared
 
@@ -216,7 +215,7 @@ class _FootRun:
         if not len(self.points):
             return state
         self.u, xyz, self.prepared = at_feet(
-            self.points, self.problem.curves, self.coefficients, self.u, self.prepared, state
+            self.points, self.problem.scene.curves, self.problem.scene.polynomials, self.u, self.prepared, state
         )
         return replace(state, xyz=np.vstack([state.xyz[: len(state.xyz) - len(xyz)], xyz]))
 
