@@ -6,13 +6,14 @@ import logging
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
+from splinebba_cli.core.matching.candidates import find_candidates
+from splinebba_cli.core.matching.chain_directions import ChainOrder, chain_directions
 from splinebba_cli.core.matching.image_alignment import Alignment, align_image
-from splinebba_cli.core.matching.image_view import ImageView
 from splinebba_cli.core.matching.image_views import ImageViews
 from splinebba_cli.core.matching.loop_context import LoopContext, Progress
-from splinebba_cli.core.network import FloatArray
+from splinebba_cli.core.matching.scene import Scene
+from splinebba_cli.core.network import BoolArray, FloatArray
 from splinebba_cli.core.result import Problem
 
 _log = logging.getLogger(__name__)
@@ -34,10 +35,8 @@ def aligned(context: LoopContext, progress: Progress) -> tuple[Progress, tuple[P
     state, eop = progress.state, progress.uncertainty.eop.copy()
     rotation, position = state.rotation.copy(), state.position.copy()
     spread = progress.uncertainty.largest_in_photo(scene)
-    for image in np.unique(scene.image[context.usable]).tolist():
-        guessed = bool(context.start.prior.guessed[image])
-        if not guessed and not _doubtful(views.view(image, float(spread[image])), float(spread[image])):
-            continue
+    wanted = _doubtful(context, scene, spread) | context.start.prior.guessed
+    for image in np.unique(scene.image[context.usable & wanted[scene.image]]).tolist():
         found = _best(context, views, image, float(spread[image]), eop[image], generator)
         if found is None:
             continue
@@ -52,25 +51,29 @@ def aligned(context: LoopContext, progress: Progress) -> tuple[Progress, tuple[P
     return replace(progress, state=state, uncertainty=replace(progress.uncertainty, eop=eop)), tuple(problems)
 
 
-def _doubtful(view: ImageView, spread: float) -> bool:
-    """Whether the prior leaves several curves to many points of an image."""
-    seen = view.seen(view.start)
-    visible = np.flatnonzero(np.isfinite(seen.xy).all(axis=1))
-    if not len(visible):
-        return False
-    points = np.linspace(0, len(view.xy) - 1, min(LOOKED_AT, len(view.xy))).astype(np.int64)
-    radius = GATE * float(np.hypot(spread, np.median(view.sigma)))
-    near = cKDTree(seen.xy[visible]).query_ball_point(view.xy[points], radius)
-    several = 0
-    for point, found in zip(points.tolist(), near, strict=True):
-        rows = visible[np.asarray(found, dtype=np.int64)]
-        angle = view.angle[point]
-        if np.isfinite(angle) and len(rows):
-            along = seen.direction[rows]
-            sine = np.abs(np.cos(angle) * along[:, 1] - np.sin(angle) * along[:, 0])
-            rows = rows[sine <= np.sin(view.direction_tolerance)]
-        several += len(np.unique(view.samples.curve[rows])) > 1
-    return several > DOUBTFUL * len(points)
+def _doubtful(context: LoopContext, scene: Scene, spread: FloatArray) -> BoolArray:
+    """Images (m,) in which the prior leaves several curves to many points.
+
+    Parameters
+    ----------
+    spread : (m,) mm, standard deviation of projected curves
+    """
+    images = len(spread)
+    usable = np.flatnonzero(context.usable)
+    order = usable[np.argsort(scene.image[usable], kind="stable")]
+    count = np.bincount(scene.image[order], minlength=images)
+    number = np.arange(len(order)) - np.repeat(np.cumsum(count) - count, count)
+    points = order[number % np.repeat(np.maximum(count // LOOKED_AT, 1), count) == 0]
+    directions = chain_directions(scene, ChainOrder.of(scene.chain))
+    near = find_candidates(scene, GATE * np.hypot(spread[scene.image], scene.noise), np.sort(points))
+    angle, along = directions.angle[near.point], near.tangent
+    sine = np.abs(np.cos(angle) * along[:, 1] - np.sin(angle) * along[:, 0])
+    agrees = ~(sine > np.sin(context.settings.direction_tolerance_rad))
+    curves = len(context.network.curves)
+    pairs = np.unique(near.point[agrees] * curves + near.curve[agrees]) // curves
+    several = np.bincount(pairs, minlength=len(scene.image))[points] > 1
+    share = np.bincount(scene.image[points[several]], minlength=images)
+    return np.asarray(share > DOUBTFUL * np.bincount(scene.image[points], minlength=images))
 
 
 def _best(

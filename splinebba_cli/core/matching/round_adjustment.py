@@ -16,6 +16,7 @@ from splinebba_cli.core.estimation.conditioned_solution import ConditionedSoluti
 from splinebba_cli.core.estimation.datum import datum_layout
 from splinebba_cli.core.estimation.gauss_markov import Observer, solution_at, solve
 from splinebba_cli.core.estimation.normal_equations import Assembler
+from splinebba_cli.core.estimation.parameters import ParameterLayout
 from splinebba_cli.core.matching.held_feet import HeldPoints, at_feet
 from splinebba_cli.core.matching.labelled_network import with_labels
 from splinebba_cli.core.matching.scene import Scene
@@ -197,19 +198,24 @@ class _FootRun:
         damping = CURVE_DAMPING if len(gauge) else 0.0
         for _ in range(FOOT_ROUNDS if len(self.points) else 1):
             solution = solve(
-                assembler, state, max_iterations=self.problem.iterations, stage="matching", damping=damping,
+                assembler, state, max_iterations=self._iterations(layout), stage="matching", damping=damping,
                 observer=self.problem.observer,
             )  # fmt: skip
             before, state = state, self._moved_to_feet(solution.state)
             assembler = assembler.with_weights(self.prepared)
-            if len(solution.iterations) <= 1 or self._still(before, state):
+            if self._still(before, state):
                 break
         if solution.factor is None or len(self.points):
             reached = solution_at(assembler, state)
-            solution = replace(reached, converged=solution.converged, termination=solution.termination)
+            solution = replace(reached, termination=solution.termination)
         if solution.factor is None:
             return None
         return ConditionedSolution(assembler, solution, np.arange(len(gauge)))
+
+    def _iterations(self, layout: ParameterLayout) -> int:
+        """Of an adjustment between two searches for foot points: one where orientations are all there is."""
+        alone = len(self.points) and not layout.coefficient_mask.any() and not layout.point_mask.any()
+        return 1 if alone else self.problem.iterations
 
     def _moved_to_feet(self, state: State) -> State:
         if not len(self.points):
