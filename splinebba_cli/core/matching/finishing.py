@@ -23,6 +23,7 @@ from splinebba_cli.core.state import State
 
 ITERATIONS = 60
 GROSS_ROUNDS = 5
+FEW = 1e-3  # share of labelled points: so many gross errors more change nothing
 LEAST = 0.1  # redundancy number of a point with which its residual still tells something
 
 
@@ -58,7 +59,9 @@ def finished(
     gross = np.zeros(len(context.usable), dtype=bool)
     found, solved, kept = context.label(progress, curves), None, start.known
     for _ in range(GROSS_ROUNDS):
-        labels, kept = context.taken(np.where(gross, -1, found.matches.curve), found.matches.location, curves)
+        labels, kept = context.taken(
+            np.where(gross, -1, found.matches.curve), found.matches.location, curves
+        )
         progress = replace(progress, labels=labels)
         if not len(labels.rows):
             break
@@ -72,10 +75,13 @@ def finished(
         progress = progress.after(solved, 1.0)
         found = context.label(progress, curves)
         beyond = _gross(context, found, labels, start.held)
-        if not (beyond & ~gross).any():
-            break
+        few = (beyond & ~gross).sum() <= FEW * len(labels.rows)
         gross |= beyond
-    seen = np.bincount(context.network.unlabelled.image[progress.labels.rows], minlength=len(weak))
+        if few:
+            break
+    seen = np.bincount(
+        context.network.unlabelled.image[progress.labels.rows], minlength=len(weak)
+    )
     oriented = (seen > 0) & ~weak & start.prior.known & (solved is not None)
     return Known(
         state=_state(context, progress.state, weak | (seen == 0)),

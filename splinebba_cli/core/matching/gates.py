@@ -68,11 +68,10 @@ def gate_candidates(
 
 def _radius(scene: Scene, uncertainty: Uncertainty, limit: float) -> FloatArray:
     """Radius (n,) mm that holds the gate: of the worst direction, from a few points of the image."""
-    noise = (
-        np.linalg.norm(np.linalg.inv(scene.whitening), ord=2, axis=(1, 2)) if len(scene.xy) else np.zeros(0)
-    )
     common = uncertainty.largest_in_photo(scene)
-    return np.asarray(np.sqrt(limit * ((uncertainty.noise_factor * noise) ** 2 + common[scene.image] ** 2)))
+    return np.asarray(
+        np.sqrt(limit * ((uncertainty.noise_factor * scene.noise) ** 2 + common[scene.image] ** 2))
+    )
 
 
 def _variances(

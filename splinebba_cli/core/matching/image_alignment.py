@@ -52,16 +52,15 @@ class Alignment:
 
 
 def align_image(
-    view: ImageView, start: Pose, dispersion: FloatArray, generator: np.random.Generator
+    view: ImageView, dispersion: FloatArray, generator: np.random.Generator
 ) -> Alignment | None:
     """The best pose inside a prior; None where nothing is seen.
 
     Parameters
     ----------
-    start : Pose
-        Mean of the prior.
-    dispersion : (6, 6) of theta, X0
+    dispersion : (6, 6) of theta, X0, about the start of the view
     """
+    start = view.start
     seen = view.seen(start)
     sigma = float(np.median(view.sigma)) if len(view.sigma) else 0.0
     window = ShiftWindow.of(seen, dispersion, sigma)

@@ -31,6 +31,7 @@ class ImageView:
     """Points of one image, and what may be seen on them."""
 
     principal_distance: float  # mm
+    start: Pose  # mean of the prior
     xy: FloatArray  # (n, 2) mm, corrected
     sigma: FloatArray  # (n,) mm
     angle: FloatArray  # (n,) rad up to half a turn, NaN unknown

@@ -32,9 +32,11 @@ from splinebba_cli.core.state import State
 _log = logging.getLogger(__name__)
 
 ITERATIONS = 12  # of an adjustment inside the loop
+POINTS = 1000  # of an image on held curves that take part in the adjustments of rounds: orientations need no more
 CAUTION = 4.0  # times the variances of the adjustment, while many labels change
 STEADY = 0.02  # share of points that change: below it the variances count as they are
 ROBUST_ROUNDS = 2  # at least, with weights from residuals
+NONE = 5e-4  # share of points whose change ends a stage
 NEARLY_NONE = 5e-3  # share of points whose change, three times in a row, ends a stage
 
 
@@ -85,13 +87,14 @@ def _stage(
         solved = None
         if len(labels.rows):
             robust = number <= ROBUST_ROUNDS or share > STEADY
-            solved = context.adjust(progress, kept, context.start.network, ITERATIONS, robust=robust)
+            part = replace(progress, labels=context.thinned(labels, POINTS))
+            solved = context.adjust(part, kept, context.start.network, ITERATIONS, robust=robust)
         history.append(_step(context, name, number, found, changed, solved, progress.state))
         if solved is None:
             break
         progress = progress.after(solved, CAUTION if share > STEADY else 1.0)
         still = still + 1 if share <= NEARLY_NONE else 0
-        if number > 1 and (changed == 0 or still > 2):
+        if number > 1 and (share <= NONE or still > 2):
             break
     return progress
 

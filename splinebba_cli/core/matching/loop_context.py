@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -71,7 +72,12 @@ class LoopContext:
 
     def scene(self, state: State) -> Scene:
         """Curves and points at a state."""
-        return Scene.of(self.network, state, self.prepared)
+        return self.first_scene.at(state)
+
+    @cached_property
+    def first_scene(self) -> Scene:
+        """Curves and points at the start."""
+        return Scene.of(self.network, self.start.state, self.prepared)
 
     def label(self, progress: Progress, curves: BoolArray) -> LabelRound:
         """Labels at a state."""
@@ -97,11 +103,25 @@ class LoopContext:
         stays = (curve >= 0) & np.append(kept, False)[curve]
         return Labels(np.where(stays, curve, -1), location), np.asarray(kept)
 
+    def thinned(self, labels: Labels, most: int) -> Labels:
+        """Labels with evenly chosen points of held curves, about so many of an image."""
+        rows = labels.rows
+        rows = rows[self.start.held[labels.curve[rows]]]
+        image = self.network.unlabelled.image[rows]
+        order = np.argsort(image, kind="stable")
+        count = np.bincount(image, minlength=len(self.network.images.ids))
+        number = np.arange(len(rows)) - np.repeat(np.cumsum(count) - count, count)
+        every = np.maximum(-(-count // most), 1)
+        dropped = rows[order][number % np.repeat(every, count) != 0]
+        curve = labels.curve.copy()
+        curve[dropped] = -1
+        return Labels(curve, labels.location)
+
     def adjust(
         self, progress: Progress, kept: BoolArray, network: Network, iterations: int, *, robust: bool
     ) -> Round | None:
         """The adjustment with the labels of a moment; None where it has no solution."""
-        problem = RoundNetwork(network, self.prepared.curves, kept, iterations, self.observer)
+        problem = RoundNetwork(network, self.scene(progress.state), kept, iterations, self.observer)
         return adjust_round(problem, progress.state, progress.labels, progress.uncertainty, robust=robust)
 
 

@@ -12,13 +12,14 @@ from functools import cached_property
 import numpy as np
 
 from splinebba_cli.core.approximation.control_network import control_network, known_curves
-from splinebba_cli.core.curves.curve_set import CurveSet
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
 from splinebba_cli.core.estimation.datum import datum_layout
 from splinebba_cli.core.estimation.gauss_markov import Observer, solution_at, solve
 from splinebba_cli.core.estimation.normal_equations import Assembler
+from splinebba_cli.core.estimation.parameters import ParameterLayout
 from splinebba_cli.core.matching.held_feet import HeldPoints, at_feet
 from splinebba_cli.core.matching.labelled_network import with_labels
+from splinebba_cli.core.matching.scene import Scene
 from splinebba_cli.core.matching.uncertainty import CurveCofactors, Uncertainty
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, Network
 from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
@@ -63,7 +64,7 @@ class RoundNetwork:
     """A network with all its curves, of which a round adjusts some."""
 
     network: Network  # with priors (orientation_prior.py)
-    curves: CurveSet  # of all
+    scene: Scene  # of all curves at the state with which the round begins
     kept: BoolArray  # (nc,) curves that take part
     iterations: int
     observer: Observer | None = None
@@ -82,7 +83,7 @@ class RoundNetwork:
     @property
     def coefficients(self) -> BoolArray:
         """Coefficients (C,) of adjusted curves."""
-        return np.repeat(self.adjusted, np.diff(self.curves.coefficient_start))
+        return np.repeat(self.adjusted, np.diff(self.scene.curves.coefficient_start))
 
 
 @dataclass(frozen=True)
@@ -158,7 +159,7 @@ def _solved(problem: RoundNetwork, state: State, labels: Labels, factor: FloatAr
     others = np.append(~problem.held, False)[labels.curve]
     network = with_labels(problem.network, np.where(others, labels.curve, -1), labels.location, factor)
     part, _ = control_network(network, problem.adjusted)
-    points = HeldPoints.of(problem.network, on_held, labels.curve[on_held], factor[on_held])
+    points = HeldPoints.of(problem.scene, on_held, labels.curve[on_held], factor[on_held])
     prepared = prepare(points.added_to(part) if len(points) else part)
     begin = replace(
         state,
@@ -166,7 +167,7 @@ def _solved(problem: RoundNetwork, state: State, labels: Labels, factor: FloatAr
         location=part.curve_observations.location,
         xyz=np.vstack([state.xyz, np.zeros((len(points), 3))]),
     )
-    run = _FootRun(problem, points, state.coefficients, labels.location[on_held], prepared)
+    run = _FootRun(problem, points, labels.location[on_held], prepared)
     solved = run.solved(begin)
     if solved is None:
         return None
@@ -179,7 +180,6 @@ class _FootRun:
 
     problem: RoundNetwork
     points: HeldPoints
-    coefficients: FloatArray  # (C, 3) of all curves
     u: FloatArray  # (k,)
     prepared: Prepared
 
@@ -196,25 +196,30 @@ class _FootRun:
         damping = CURVE_DAMPING if len(gauge) else 0.0
         for _ in range(FOOT_ROUNDS if len(self.points) else 1):
             solution = solve(
-                assembler, state, max_iterations=self.problem.iterations, stage="matching", damping=damping,
+                assembler, state, max_iterations=self._iterations(layout), stage="matching", damping=damping,
                 observer=self.problem.observer,
             )  # fmt: skip
             before, state = state, self._moved_to_feet(solution.state)
             assembler = assembler.with_weights(self.prepared)
-            if len(solution.iterations) <= 1 or self._still(before, state):
+            if self._still(before, state):
                 break
         if solution.factor is None or len(self.points):
             reached = solution_at(assembler, state)
-            solution = replace(reached, converged=solution.converged, termination=solution.termination)
+            solution = replace(reached, termination=solution.termination)
         if solution.factor is None:
             return None
         return ConditionedSolution(assembler, solution, np.arange(len(gauge)))
+
+    def _iterations(self, layout: ParameterLayout) -> int:
+        """Of an adjustment between two searches for foot points: one where orientations are all there is."""
+        alone = len(self.points) and not layout.coefficient_mask.any() and not layout.point_mask.any()
+        return 1 if alone else self.problem.iterations
 
     def _moved_to_feet(self, state: State) -> State:
         if not len(self.points):
             return state
         self.u, xyz, self.prepared = at_feet(
-            self.points, self.problem.curves, self.coefficients, self.u, self.prepared, state
+            self.points, self.problem.scene.curves, self.problem.scene.polynomials, self.u, self.prepared, state
         )
         return replace(state, xyz=np.vstack([state.xyz[: len(state.xyz) - len(xyz)], xyz]))
 

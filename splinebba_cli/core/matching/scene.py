@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -26,6 +27,25 @@ class Scene:
     whitening: FloatArray  # (n, 2, 2) 1/mm
     chain: IntArray  # (n,) -1: single
     direction: FloatArray  # (n,) rad in the corrected frame, up to half a turn; NaN unknown
+
+    def at(self, state: State) -> Scene:
+        """The same points before curves and orientations of another state."""
+        return replace(
+            self,
+            coefficients=state.coefficients,
+            polynomials=self.curves.segment_polynomials(state.coefficients),
+            rotation=state.rotation,
+            position=state.position,
+        )
+
+    @cached_property
+    def noise(self) -> FloatArray:
+        """Largest standard deviation of every point, (n,) mm."""
+        w = self.whitening
+        trace = np.sum(w * w, axis=(1, 2))
+        determinant = np.abs(w[:, 0, 0] * w[:, 1, 1] - w[:, 0, 1] * w[:, 1, 0])
+        least = 0.5 * (trace - np.sqrt(np.maximum(trace**2 - 4.0 * determinant**2, 0.0)))
+        return np.asarray(1.0 / np.sqrt(least))
 
     @classmethod
     def of(cls, network: Network, state: State, prepared: Prepared | None = None) -> Scene:

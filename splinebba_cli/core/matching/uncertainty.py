@@ -6,13 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from splinebba_cli.core.camera.collinearity import project_with_jacobian
+from splinebba_cli.core.camera.collinearity import project, project_with_jacobian
 from splinebba_cli.core.curves.curve_set import CurveSet
 from splinebba_cli.core.estimation.conditioned_solution import ConditionedSolution
 from splinebba_cli.core.estimation.window_map import WindowMap
 from splinebba_cli.core.matching.scene import Scene
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.core.state import Prepared
+
+
+SEGMENTS = 20_000  # of all curves whose middles are looked at
+PLACES = 200  # of an image, the same
 
 
 @dataclass(frozen=True)
@@ -79,32 +83,50 @@ class Uncertainty:
     def largest_in_photo(self, scene: Scene) -> FloatArray:
         """Largest common standard deviation in every image, (m,) mm, at the curves that it sees."""
         curves = scene.curves
-        owner = curves.owner
-        place = curves.left + 0.5 * curves.length
-        middle = scene.curves.evaluate(scene.coefficients, owner, place)[0]
+        segment = np.arange(0, len(curves.left), max(1, len(curves.left) // SEGMENTS))
+        place = curves.left[segment] + 0.5 * curves.length[segment]
+        middle = scene.curves.evaluate(scene.coefficients, curves.owner[segment], place)[0]
+        known = np.flatnonzero(np.isfinite(middle).all(axis=1))
+        segment, place, middle = segment[known], place[known], middle[known]
         largest = np.zeros(len(scene.position))
-        for image in np.unique(scene.image):
-            rows = np.flatnonzero(np.isfinite(middle).all(axis=1))
-            xy, jacobian = project_with_jacobian(
-                np.full(len(rows), scene.principal_distance[image]),
-                np.broadcast_to(scene.rotation[image], (len(rows), 3, 3)),
-                np.broadcast_to(scene.position[image], (len(rows), 3)),
-                middle[rows],
-            )
-            own = scene.xy[scene.image == image]
-            reach = 0.25 * np.ptp(own, axis=0).max() + 1e-9
-            near = np.flatnonzero(
-                ((xy >= own.min(axis=0) - reach) & (xy <= own.max(axis=0) + reach)).all(axis=1)
-            )
-            if not len(near):
-                near = np.flatnonzero(np.isfinite(xy).all(axis=1))
-            if not len(near):
-                continue
-            g, a = jacobian.orientation[near], jacobian.object_xyz[near]
-            variance = np.zeros(len(near))
-            for row in range(2):
-                of_images = self.of_images(np.full(len(near), image), g[:, row])
-                of_curves = self.of_curves(scene, owner[rows[near]], place[rows[near]], a[:, row])
-                variance += of_images + of_curves
-            largest[image] = float(np.sqrt(np.quantile(variance, 0.98)))
+        order = np.argsort(scene.image, kind="stable")
+        bounds = np.searchsorted(scene.image[order], np.arange(len(scene.position) + 1))
+        for image in np.flatnonzero(np.diff(bounds)).tolist():
+            own = scene.xy[order[bounds[image] : bounds[image + 1]]]
+            near = _near(scene, image, own, middle)
+            variance = self._variance(scene, image, curves.owner[segment[near]], place[near], middle[near])
+            if len(near):
+                largest[image] = float(np.sqrt(np.quantile(variance, 0.98)))
         return largest
+
+    def _variance(
+        self, scene: Scene, image: int, curve: IntArray, u: FloatArray, xyz: FloatArray
+    ) -> FloatArray:
+        """Sum of the variances in x and y of curve points as an image sees them, (k,) mm^2."""
+        count = len(u)
+        _, jacobian = project_with_jacobian(
+            np.full(count, scene.principal_distance[image]),
+            np.broadcast_to(scene.rotation[image], (count, 3, 3)),
+            np.broadcast_to(scene.position[image], (count, 3)),
+            xyz,
+        )
+        variance = np.zeros(count)
+        for row in range(2):
+            variance += self.of_images(np.full(count, image), jacobian.orientation[:, row])
+            variance += self.of_curves(scene, curve, u, jacobian.object_xyz[:, row])
+        return variance
+
+
+def _near(scene: Scene, image: int, own: FloatArray, xyz: FloatArray) -> IntArray:
+    """Some of the places that an image sees near its points, else some that it sees at all."""
+    xy = project(
+        scene.principal_distance[image : image + 1], scene.rotation[image : image + 1],
+        scene.position[image : image + 1], xyz,
+    )  # fmt: skip
+    reach = 0.25 * float(np.ptp(own, axis=0).max()) + 1e-9
+    with np.errstate(invalid="ignore"):
+        inside = ((xy >= own.min(axis=0) - reach) & (xy <= own.max(axis=0) + reach)).all(axis=1)
+    near = np.flatnonzero(inside)
+    if not len(near):
+        near = np.flatnonzero(np.isfinite(xy).all(axis=1))
+    return near[:: max(1, len(near) // PLACES)]
