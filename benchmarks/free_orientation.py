@@ -1,8 +1,8 @@
-"""Orientation of images of which nothing is known: ``python -m benchmarks.free_orientation synthetic|six-image|strasbourg``.
+"""Orientation of images of which nothing is known.
 
-*oriented*: an orientation was given; *right*: it is within 0.5 degrees and 5 % of the distance of the truth.  Curves are
-control with their true shape, chains carry noise and no labels, wrong ones run along no curve.  Times are of the process
-(seconds of one core), an image.
+``python -m benchmarks.free_orientation synthetic|six-image|strasbourg``.  *oriented*: one was given; *right*: it is
+within 0.5 degrees and 5 % of the distance of the truth.  Curves are control with their true shape, chains carry noise
+and no labels, wrong ones run along no curve.  Times are of the process (seconds of one core), an image.
 """
 
 from __future__ import annotations
@@ -43,6 +43,7 @@ class Outcome:
 
     @property
     def right(self) -> bool:
+        """Whether it is oriented as it was taken."""
         return not self.code and self.angle_deg < RIGHT_DEG and self.position_share < RIGHT_SHARE
 
 
@@ -96,14 +97,13 @@ def six_images(seed: int, wrong_share: float = 0.0) -> FreeScene:
         wrong = wrong_chains(rng, [xy for *_, xy in of_image], wrong_share)
         chains += of_image + [(image, -1, xy) for xy in wrong]
     control = tuple(curve for curve in network.curves if curve.role == "control")
-    scene = free_scene(
+    return free_scene(
         rng, network.cameras[0], control, rotation, truth.eop[:, 3:], chains, 0.005, noise=False
     )
-    return scene
 
 
 def strasbourg(seed: int, wrong_share: float = 0.0, cut: bool = False) -> FreeScene:
-    """30 curves in five aerial images as control; chains end where they were traced (DBAT 0.9.2; reference/README.md)."""
+    """30 curves in five aerial images as control; chains end where they were traced (reference/README.md)."""
     from tests.reference_data import strasbourg_curves_network
 
     network = strasbourg_curves_network(approximate=True, points=False)

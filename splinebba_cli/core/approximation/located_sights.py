@@ -32,9 +32,16 @@ class LocatedSights:
         kept = np.arange(len(measured)) if measured.excluded is None else np.flatnonzero(~measured.excluded)
         direction[measured.point[kept]] = np.column_stack([np.cos(own.value[kept]), np.sin(own.value[kept])])
         sigma[measured.point[kept]] = own.sigma[kept]
+        directed = np.zeros(len(observed), dtype=bool)
+        directed[measured.point[kept]] = measured.directed[kept]
         lever = np.sqrt(np.mean(observed.sigma[self._rows] ** 2, axis=1)) / sigma[self._rows]
         self._points = PointsWithTangents(
-            prepared.curve_rays.xy[self._rows], xyz, direction[self._rows], tangent, lever
+            prepared.curve_rays.xy[self._rows],
+            xyz,
+            direction[self._rows],
+            tangent,
+            lever,
+            directed[self._rows],
         )
 
     def of_image(self, image: int, photo_xy: FloatArray, object_xyz: FloatArray) -> PointsWithTangents | None:
@@ -49,4 +56,5 @@ class LocatedSights:
             np.vstack([np.full((count, 2), np.nan), own.direction[rows]]),
             np.vstack([np.full((count, 3), np.nan), own.tangent[rows]]),
             np.concatenate([np.full(count, np.nan), own.lever[rows]]),
+            np.concatenate([np.zeros(count, dtype=bool), own.directed[rows]]),
         )

@@ -107,7 +107,7 @@ class _Search:
         return False
 
     def _resect_with_curves(self, images: np.ndarray) -> bool:
-        """Resect images, where points do not suffice, with located points on control curves too; whether any succeeded."""
+        """Resect images with located points on control curves too; whether any succeeded."""
         sights = LocatedSights(self.network)
         done = [self._resect_with_sights(int(image), sights) for image in images]
         return any(done)

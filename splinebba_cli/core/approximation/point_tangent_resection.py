@@ -29,7 +29,7 @@ from splinebba_cli.core.approximation.resection import (
     squared_residuals,
 )
 from splinebba_cli.core.approximation.three_points import orient_from_three_points, spread_ratio
-from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 
 MAX_PAIRS = 300
 
@@ -43,6 +43,7 @@ class PointsWithTangents:
     direction: FloatArray  # (n, 2) unit, in the photo, up to sense
     tangent: FloatArray  # (n, 3) unit
     lever: FloatArray  # (n,) mm per radian
+    directed: BoolArray  # (n,) the direction has the sense of the tangent; else it is known up to half a turn
 
     @property
     def with_tangent(self) -> IntArray:
@@ -129,11 +130,12 @@ def _squares(
     rows = points.with_tangent
     p = np.einsum("sji,snj->sni", rotation, xyz[rows] - position[:, None])
     t = np.einsum("sji,nj->sni", rotation, points.tangent[rows])
-    flow = t[:, :, :2] * p[:, :, 2:] - p[:, :, :2] * t[:, :, 2:]
+    flow = p[:, :, :2] * t[:, :, 2:] - t[:, :, :2] * p[:, :, 2:]  # before the camera p_z < 0
     along = points.direction[rows]
     across = flow[:, :, 0] * along[:, 1] - flow[:, :, 1] * along[:, 0]
+    against = points.directed[rows] & (np.sum(flow * along, axis=2) < 0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
-        sine = across / np.linalg.norm(flow, axis=2)
+        sine = np.where(against, 2.0, across / np.linalg.norm(flow, axis=2))
     turned = (points.lever[rows] * np.nan_to_num(sine, nan=1.0)) ** 2
     square[:, rows] = 0.5 * (square[:, rows] + turned)
     return square

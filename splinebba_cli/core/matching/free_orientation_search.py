@@ -27,8 +27,12 @@ REFINED_POINTS = 400
 KEPT, REFINED = 1000, 40  # hypotheses of a batch after the coarse and the fine score
 PAIRS_IN_BATCH, BATCHES = 6, 10
 PROBES = 12  # places by which two orientations are told apart
-LEAST_SCORE, SURE_SCORE = 0.25, 0.4
+LEAST_SCORE, SURE_SCORE = 0.25, 0.5
+LARGEST_RMS = (
+    1.7  # sigma of a point, of an orientation that explains less than is sure; wrong ones leave 2 and more
+)
 CLEAR_MARGIN, CONFIRMED = 0.6, 2  # the search ends when the best stands out so after so many batches in a row
+EQUAL_MARGIN, GIVEN_UP = 0.9, 3  # and when a second one is as good after so many
 MARGIN = 0.8  # of the best score, that no other orientation may reach
 PLACES = 160  # anywhere along the curves
 SEPARATION = 0.15  # of the diagonal, of the two places of a hypothesis
@@ -41,22 +45,34 @@ class SearchResult:
     best: FittedOrientation | None
     second: float  # F of the best other one
     hypotheses: int
+    sigma: float  # of a measured point, mm
+
+    @property
+    def score(self) -> float:
+        """F of the best one."""
+        return 0.0 if self.best is None else self.best.score
 
     @property
     def explains(self) -> bool:
-        """Whether the best one explains enough."""
-        return self.best is not None and self.best.score >= LEAST_SCORE
+        """Whether the best one explains enough, and well."""
+        if self.best is None or self.score < LEAST_SCORE:
+            return False
+        return self.score > SURE_SCORE or self.best.rms_mm < LARGEST_RMS * self.sigma
 
     @property
     def stands_out(self) -> bool:
         """Whether there is no need to look farther."""
-        best = 0.0 if self.best is None else self.best.score
-        return best > SURE_SCORE and self.second < CLEAR_MARGIN * best
+        return self.score > SURE_SCORE and self.second < CLEAR_MARGIN * self.score
+
+    @property
+    def is_shared(self) -> bool:
+        """Whether it is of no use to look farther."""
+        return self.score > SURE_SCORE and self.second > EQUAL_MARGIN * self.score
 
     @property
     def unique(self) -> bool:
         """Whether no other comes near."""
-        return self.best is not None and self.second < MARGIN * self.best.score
+        return self.best is not None and self.second < MARGIN * self.score
 
 
 class ImageSearch:
@@ -87,11 +103,13 @@ class ImageSearch:
 
     def run(self) -> SearchResult:
         """Hypotheses from ends first, then from places anywhere, until one stands out."""
-        confirmed = 0
+        confirmed = equal = 0
         for batch in self._batches():
             self._try(*batch)
-            confirmed = confirmed + 1 if self.result().stands_out else 0
-            if confirmed == CONFIRMED:
+            result = self.result()
+            confirmed = confirmed + 1 if result.stands_out else 0
+            equal = equal + 1 if result.is_shared else 0
+            if confirmed == CONFIRMED or equal == GIVEN_UP:
                 break
         return self.result()
 
@@ -100,7 +118,7 @@ class ImageSearch:
         self._found.sort(key=lambda fitted: -fitted.score)
         best = self._found[0] if self._found else None
         others = [fitted.score for fitted in self._found[1:] if not self._same(fitted, self._found[0])]
-        return SearchResult(best, max(others, default=0.0), self._hypotheses)
+        return SearchResult(best, max(others, default=0.0), self._hypotheses, self.chains.sigma)
 
     def _batches(self) -> Iterator[tuple[FloatArray, FloatArray]]:
         chains = self.chains
