@@ -10,7 +10,7 @@ from splinebba_cli.core.network import FloatArray
 
 CORNERS = np.array([[-150.0, -100.0], [150.0, -100.0], [-150.0, 100.0], [150.0, 100.0]])
 IN_LINE = np.array([[-240.0, 0.0], [-80.0, 0.0], [80.0, 0.0], [240.0, 0.0]])
-STEP_M = 6.0
+STEP_M = 1.5  # 25 pixels of 6 cm
 
 
 def vertical_views(ground: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -21,15 +21,15 @@ def vertical_views(ground: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def scene(
-    curves: FloatArray,
+    curves: list[FloatArray],
     ground: FloatArray = CORNERS,
     sigma_px: float = 0.5,
     seed: int = 1,
     lost: tuple[float, float] = (0.0, 0.0),
 ) -> ChainBlock:
-    """Curves (c, k, 3), given by points along them, in four images."""
+    """Curves, given by points along them (k, 3), in four images."""
     rotation, position = vertical_views(ground)
-    return seen_block(curves, rotation, position, sigma_px, np.random.default_rng(seed), lost)
+    return seen_block(same_length(curves), rotation, position, sigma_px, np.random.default_rng(seed), lost)
 
 
 def straight(
@@ -40,9 +40,15 @@ def straight(
     return np.array(start) + STEP_M * np.arange(count)[:, None] * direction
 
 
-def arc(radius: float, turn: float, count: int = 40, height: float = 10.0) -> FloatArray:
-    """Points of an arc about the origin that rises a little, (count, 3)."""
-    angle = np.linspace(0.0, turn, count)
+def arc(radius: float, turn: float, height: float = 10.0) -> FloatArray:
+    """Points every one and a half metres of an arc about the origin that rises and falls a little, (count, 3)."""
+    angle = np.linspace(0.0, turn, round(radius * turn / STEP_M) + 1)
     return np.column_stack(
         [radius * np.cos(angle), radius * np.sin(angle), height + 5.0 * np.sin(2.0 * angle)]
     )
+
+
+def same_length(curves: list[FloatArray]) -> FloatArray:
+    """Curves cut to the number of points of the shortest, (c, k, 3)."""
+    count = min(map(len, curves))
+    return np.stack([curve[:count] for curve in curves])

@@ -29,14 +29,12 @@ def right_share(block: ChainBlock, fragments: list[Fragment]) -> float:
     return float(np.concatenate(right).mean())
 
 
-def three_edges() -> FloatArray:
-    return np.stack(
-        [
-            arc(60.0, 3.0),
-            straight((-120.0, 70.0, 0.0), (1.0, -0.4, 0.05)),
-            straight((0.0, -90.0, 20.0), (1.0, 1.5, 0)),
-        ]
-    )
+def three_edges() -> list[FloatArray]:
+    return [
+        arc(60.0, 2.5),
+        straight((-120.0, 70.0, 0.0), (1.0, -0.4, 0.05)),
+        straight((0.0, -90.0, 20.0), (1.0, 1.5, 0.0)),
+    ]
 
 
 def test_every_edge_becomes_one_fragment_with_all_its_points() -> None:
@@ -49,31 +47,40 @@ def test_every_edge_becomes_one_fragment_with_all_its_points() -> None:
 
 
 def test_without_noise_places_lie_on_the_edges() -> None:
-    """To the sagitta of six-metre chords of the arc, r - sqrt(r^2 - 3^2) = 75 mm."""
+    """On straight ones exactly.
+
+    On the arc to the sagitta of its chords, r - sqrt(r^2 - 0.75^2) = 5 mm, here and there, which at a crossing angle of
+    a few degrees and bases of 200 m and more under 1 000 m is some centimetres of height.
+    """
     block = scene(three_edges(), sigma_px=0.0)
-    for fragment, curve in zip(found(block), main_curves(found(block), block.curve), strict=True):
+    fragments = found(block)
+    for fragment, curve in zip(fragments, main_curves(fragments, block.curve), strict=True):
         true = block.curves[curve]
-        dense = np.concatenate([true[:-1] + t * (true[1:] - true[:-1]) for t in np.linspace(0.0, 1.0, 500)])
-        assert cKDTree(dense).query(fragment.xyz)[0].max() < (0.08 if curve == 0 else 0.005)
+        _, nearest = cKDTree(true).query(fragment.xyz)
+        offset = fragment.xyz - true[nearest]
+        along = np.gradient(true, axis=0)[nearest]
+        along = along / np.linalg.norm(along, axis=1, keepdims=True)
+        across = offset - np.sum(offset * along, axis=1)[:, None] * along
+        assert np.linalg.norm(across, axis=1).max() < (0.05 if curve == 0 else 1e-6)
 
 
 def test_the_dispersion_says_how_far_places_are_from_the_edge() -> None:
     """On straight edges: mean square of the normalised distance in the plane across is 2.
 
-    More than 1500 places in 24 scenes, those of a scene dependent through the steps that they share; a half allows for
+    About 1500 places in twenty scenes, those of a scene dependent through the steps that they share; a half allows for
     the noise of steps that are crossed at their middle, which is that of a mean.
     """
     edges = np.stack(
         [straight((-120.0, 70.0, 0.0), (1.0, -0.4, 0.05)), straight((0.0, -90.0, 20.0), (1.0, 1.5, 0.0))]
     )
     z = []
-    for seed in range(24):
+    for seed in range(20):
         block = scene(edges, seed=seed)
         fragments = found(block)
         for fragment, curve in zip(fragments, main_curves(fragments, block.curve), strict=True):
             z.append(lateral_sigmas(fragment, block.curves[curve]))
     square = np.concatenate(z) ** 2
-    assert len(square) > 1500
+    assert len(square) > 1400
     assert 1.4 < square.mean() < 2.2
     assert (square < LIMIT_95**2).mean() > 0.94
 
@@ -89,11 +96,11 @@ def test_places_of_links_are_those_of_the_points() -> None:
         assert curve >= 0
 
 
-@pytest.mark.parametrize("apart_m", [2.4, 3.0])
+@pytest.mark.parametrize("apart_m", [0.24, 0.3])
 def test_double_edges_stay_two(apart_m: float) -> None:
-    """Two edges four or five pixels apart, at the same height; a pixel is 0.6 m."""
+    """Two edges four or five pixels apart, at the same height; a pixel is 6 cm."""
     one = straight((-120.0, 60.0, 5.0), (1.0, -0.35, 0.0))
-    block = scene(np.stack([one, one + [0.0, apart_m, 0.0]]))
+    block = scene([one, one + [0.0, apart_m, 0.0]])
     fragments = found(block)
     assert sorted(main_curves(fragments, block.curve)) == [0, 1]
     assert right_share(block, fragments) > 0.99
@@ -101,17 +108,17 @@ def test_double_edges_stay_two(apart_m: float) -> None:
 
 def test_an_edge_along_all_bases_is_not_made_up() -> None:
     """Flown along the edge: no pair of images fixes its depth."""
-    block = scene(straight((-120.0, 5.0, 10.0), (1.0, 0.0, 0.0))[None], IN_LINE)
+    block = scene([straight((-120.0, 5.0, 10.0), (1.0, 0.0, 0.0))], IN_LINE)
     for fragment in found(block):
         assert fragment.weak.all()
 
 
 def test_a_stretch_along_the_bases_is_bridged_and_said_to_be_weak() -> None:
     """An arch over a flight line: its top runs along all bases."""
-    t = np.linspace(-1.0, 1.0, 41)
-    top = np.abs(t) < 0.3
-    y = np.where(top, 0.0, -200.0 * (np.abs(t) - 0.3) ** 2)
-    block = scene(np.column_stack([120.0 * t, y + 40.0, 10.0 + 0.0 * t])[None], IN_LINE)
+    t = np.linspace(-1.0, 1.0, 161)
+    top = np.abs(t) < 0.15
+    y = np.where(top, 0.0, -200.0 * (np.abs(t) - 0.15) ** 2)
+    block = scene([np.column_stack([120.0 * t, y + 40.0, 10.0 + 0.0 * t])], IN_LINE)
     fragments = found(block)
     bridged = [f for f in fragments if f.weak.any() and not f.weak.all()]
     assert len(bridged) == 1
@@ -134,18 +141,19 @@ def test_thirty_percent_wrong_chains_make_no_curve() -> None:
 
 
 def test_two_images_are_believed_where_no_third_one_looks() -> None:
-    block = scene(three_edges())
-    points = block.network.unlabelled
-    two = np.flatnonzero(points.image < 2)
+    """Two edges that no epipolar line of the pair crosses both, so that nothing else is possible."""
+    one = straight((-60.0, -60.0, 5.0), (1.0, 0.5, 0.0), 60)
+    block = scene([one, one + [20.0, 80.0, 0.0]])
+    two = np.flatnonzero(block.network.unlabelled.image < 2)
     images = block.network.images
     fragments = build_fragments(block.network, images.rotation, images.position, rows=two)
-    assert sorted(main_curves(fragments, block.curve)) == [0, 1, 2]
+    assert sorted(main_curves(fragments, block.curve)) == [0, 1]
     assert all(f.two_images.all() for f in fragments)
 
 
 def test_two_images_are_not_believed_where_a_third_one_contradicts() -> None:
     """The third image has other chains around the place, none of this edge."""
-    block = scene(three_edges())
+    block = scene([*three_edges()[:2], straight((-20.0, 5.0, 0.0), (1.0, 0.6, 0.0))])
     points = block.network.unlabelled
     kept = np.flatnonzero((points.image < 2) | (block.curve != 2))
     images = block.network.images
@@ -154,7 +162,7 @@ def test_two_images_are_not_believed_where_a_third_one_contradicts() -> None:
 
 
 def test_a_closed_edge_is_closed() -> None:
-    block = scene(np.stack([arc(50.0, 2.0 * np.pi, 53), arc(90.0, 2.0, 53)]))
+    block = scene([arc(50.0, 2.0 * np.pi), arc(150.0, 2.0 * np.pi / 3.0)])
     closed = {
         int(c): f.closed for f, c in zip(found(block), main_curves(found(block), block.curve), strict=True)
     }

@@ -8,7 +8,7 @@ from splinebba_cli.core.matching.fragments.build import build_fragments
 from splinebba_cli.core.matching.fragments.fragment_findings import fragment_problems
 from tests.core.matching.fragments.small_scenes import arc, scene, straight
 
-EDGES = np.stack([arc(60.0, 3.0), straight((-120.0, 70.0, 0.0), (1.0, -0.4, 0.05))])
+EDGES = [arc(60.0, 2.5), straight((-120.0, 70.0, 0.0), (1.0, -0.4, 0.05))]
 
 
 def test_all_is_well() -> None:
