@@ -107,7 +107,7 @@ def _pieces(image: IntArray, chain: IntArray, xy: FloatArray, sigma: FloatArray)
         length > JUMP * _ninth_decile(group[1:][same], length[same], int(group[-1]) + 1)[group[1:]]
     )
     moves = length > STANDING * sigma[1:]
-    back = np.sum(step[1:] * step[:-1], axis=1) < 0.0
+    back = (np.sum(step[1:] * step[:-1], axis=1) < 0.0) & same[1:] & same[:-1]
     cut[1:] |= back & moves[1:] & moves[:-1]
     return np.concatenate([[0], np.cumsum(cut)])
 
