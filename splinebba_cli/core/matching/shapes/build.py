@@ -22,6 +22,7 @@ from splinebba_cli.core.matching.shapes.merging import merged
 from splinebba_cli.core.matching.shapes.names import new_ids
 from splinebba_cli.core.matching.shapes.overlaps import ImagePoints, overlaps_of
 from splinebba_cli.core.matching.shapes.place_fit import fit_places
+from splinebba_cli.core.matching.shapes.soundness import with_supported_knots
 from splinebba_cli.core.matching.shapes.strand import Strand, strand_of
 from splinebba_cli.core.network import Curve, FloatArray, IntArray, Network
 from splinebba_cli.core.result import Problem
@@ -72,6 +73,7 @@ def build_curves(
         draft = extended(with_needed_knots(draft, settings.knot_tolerance))
         draft = cut_back(relinked(network, draft, rows, Gate(width, settings.direction_tolerance_rad)))
     draft = with_needed_knots(draft, settings.knot_tolerance)
+    draft = with_supported_knots(draft).solved()
     return _result(network, draft)
 
 
