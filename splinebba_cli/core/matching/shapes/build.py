@@ -17,6 +17,7 @@ from splinebba_cli.core.matching.shapes.extent import cut_back, extended
 from splinebba_cli.core.matching.shapes.grouping import groups_of
 from splinebba_cli.core.matching.shapes.joining import joined_strands
 from splinebba_cli.core.matching.shapes.knot_need import with_needed_knots
+from splinebba_cli.core.matching.shapes.knot_pruning import without_idle_knots
 from splinebba_cli.core.matching.shapes.linking import Gate, relinked
 from splinebba_cli.core.matching.shapes.merging import merged
 from splinebba_cli.core.matching.shapes.names import new_ids
@@ -73,7 +74,7 @@ def build_curves(
         draft = extended(with_needed_knots(draft, settings.knot_tolerance))
         draft = cut_back(relinked(network, draft, rows, Gate(width, settings.direction_tolerance_rad)))
     draft = with_needed_knots(draft, settings.knot_tolerance)
-    draft = with_supported_knots(draft).solved()
+    draft = without_idle_knots(with_supported_knots(draft).solved())
     return _result(network, draft)
 
 

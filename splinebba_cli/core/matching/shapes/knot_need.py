@@ -41,7 +41,7 @@ def with_needed_knots(draft: Draft, tolerance: float) -> Draft:
         trial = with_curves(draft, _divided(draft, new)).solved()
         better = costs(trial) < costs(draft)
         open_ = np.array([len(knots) > 0 for knots in new]) & (better | (number < 2))
-        draft = _chosen(draft, trial, better)
+        draft = cheaper(draft, trial, better)
     return draft
 
 
@@ -125,7 +125,7 @@ def with_knots(curve: Curve, basis: CurveBasis, coefficients: FloatArray, new: F
     )  # fmt: skip
 
 
-def _chosen(draft: Draft, trial: Draft, better: BoolArray) -> Draft:
+def cheaper(draft: Draft, trial: Draft, better: BoolArray) -> Draft:
     """The better of two drafts for every curve; both have the same links."""
     if better.all():
         return trial
