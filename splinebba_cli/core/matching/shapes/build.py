@@ -17,11 +17,13 @@ from splinebba_cli.core.matching.shapes.extent import cut_back, extended
 from splinebba_cli.core.matching.shapes.grouping import groups_of
 from splinebba_cli.core.matching.shapes.joining import joined_strands
 from splinebba_cli.core.matching.shapes.knot_need import with_needed_knots
+from splinebba_cli.core.matching.shapes.knot_pruning import without_idle_knots
 from splinebba_cli.core.matching.shapes.linking import Gate, relinked
 from splinebba_cli.core.matching.shapes.merging import merged
 from splinebba_cli.core.matching.shapes.names import new_ids
 from splinebba_cli.core.matching.shapes.overlaps import ImagePoints, overlaps_of
 from splinebba_cli.core.matching.shapes.place_fit import fit_places
+from splinebba_cli.core.matching.shapes.soundness import with_supported_knots
 from splinebba_cli.core.matching.shapes.strand import Strand, strand_of
 from splinebba_cli.core.network import Curve, FloatArray, IntArray, Network
 from splinebba_cli.core.result import Problem
@@ -72,6 +74,7 @@ def build_curves(
         draft = extended(with_needed_knots(draft, settings.knot_tolerance))
         draft = cut_back(relinked(network, draft, rows, Gate(width, settings.direction_tolerance_rad)))
     draft = with_needed_knots(draft, settings.knot_tolerance)
+    draft = without_idle_knots(with_supported_knots(draft).solved())
     return _result(network, draft)
 
 

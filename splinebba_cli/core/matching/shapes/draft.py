@@ -6,7 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from splinebba_cli.core.estimation.curve_stage import curves_alone, solve_curves
+from splinebba_cli.core.estimation.curve_stage import solve_curves
+from splinebba_cli.core.estimation.normal_equations import Assembler
+from splinebba_cli.core.estimation.parameters import layout_of
 from splinebba_cli.core.matching.shapes.place_fit import PlaceFit
 from splinebba_cli.core.network import (
     ArcLengths,
@@ -22,12 +24,15 @@ from splinebba_cli.core.network import (
     Tangents,
     select_rows,
 )
+from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
 from splinebba_cli.core.observations.curve_points import CurveRows, linearize_curve_points
 from splinebba_cli.core.observations.location_search import search_locations
 from splinebba_cli.core.observations.locations import held_locations
+from splinebba_cli.core.observations.shape_conditions import control_rows
 from splinebba_cli.core.state import Prepared, State, initial_coefficients, prepare
 
 ITERATIONS = 20
+SLIDING = 0.2  # of the usual sigma of knots along the curve
 HOLD = 0.1  # sigma of the knots of a draft, of the length of the curve
 
 
@@ -93,7 +98,7 @@ class Draft:
 
     def solved(self) -> Draft:
         """The same with the curves adjusted, orientations held."""
-        state = solve_curves(curves_alone(self.prepared), self.state, max_iterations=ITERATIONS)
+        state = solve_curves(_assembler(self.prepared), self.state, max_iterations=ITERATIONS)
         return replace(self, state=state)
 
 
@@ -139,6 +144,28 @@ def with_curves(draft: Draft, curves: tuple[Curve, ...]) -> Draft:
         draft.state, coefficients=initial_coefficients(prepared), location=np.full(len(draft.row), np.nan)
     )
     return Draft(prepared, search_locations(prepared, begin), draft.row)
+
+
+def _assembler(prepared: Prepared) -> Assembler:
+    """Equations of the curves alone: knots stay where they are along the curve, corners may move.
+
+    Metres along a new curve are its locations, and knots are inserted where they are needed: none has to slide.
+    """
+    layout = layout_of(prepared).hold_images()
+    free = tuple(replace(c, sigma=np.full(c.sigma.shape, np.inf)) for c in prepared.network.curves)
+    unheld = replace(prepared, network=replace(prepared.network, curves=free))
+    gauge = gauge_rows(unheld, layout.coefficient_mask, prepared.network.settings.gauge_sigma_m)
+    corners = np.concatenate([np.zeros(0, dtype=np.int64), *(
+        np.flatnonzero((gauge.curve == k) & np.isin(gauge.row, curve.breaks))
+        for k, curve in enumerate(prepared.network.curves) if curve.breaks
+    )]).astype(np.int64)  # fmt: skip
+    others = np.setdiff1d(np.arange(len(gauge)), corners)
+    rows = [
+        control_rows(prepared, layout.coefficient_mask),
+        gauge.select(others).with_sigma_times(SLIDING),
+        gauge.select(corners),
+    ]
+    return Assembler(prepared, layout, concatenate_rows(rows, prepared.curves.support))
 
 
 def _held(curves: tuple[Curve, ...]) -> tuple[Curve, ...]:

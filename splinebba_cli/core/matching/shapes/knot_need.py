@@ -14,8 +14,8 @@ import numpy as np
 from scipy.stats import chi2
 
 from splinebba_cli.core.curves.basis import CurveBasis
-from splinebba_cli.core.estimation.curve_folding import folded_segments
 from splinebba_cli.core.matching.shapes.draft import Draft, with_curves
+from splinebba_cli.core.matching.shapes.soundness import distorted, with_supported_knots
 from splinebba_cli.core.network import BoolArray, Curve, FloatArray, IntArray
 
 PRICE = float(chi2.ppf(0.999, 2))
@@ -32,7 +32,7 @@ def with_needed_knots(draft: Draft, tolerance: float) -> Draft:
     ----------
     tolerance : in sigma of the mean of neighbouring residuals
     """
-    draft = draft.solved()
+    draft = with_supported_knots(draft).solved()
     open_ = np.ones(len(draft.curves), dtype=bool)
     for number in range(ROUNDS):
         new = wanted_knots(draft, tolerance, only=open_, most=None if number < 2 else 1)
@@ -41,18 +41,17 @@ def with_needed_knots(draft: Draft, tolerance: float) -> Draft:
         trial = with_curves(draft, _divided(draft, new)).solved()
         better = costs(trial) < costs(draft)
         open_ = np.array([len(knots) > 0 for knots in new]) & (better | (number < 2))
-        draft = _chosen(draft, trial, better)
+        draft = cheaper(draft, trial, better)
     return draft
 
 
 def costs(draft: Draft) -> FloatArray:
-    """v'Pv of every curve with the price of its knots, (nc,); a folded curve costs infinitely much."""
+    """v'Pv of every curve with the price of its knots, (nc,); a distorted curve costs infinitely much."""
     residual = np.clip(draft.equations().residual[: len(draft.row)], -LARGEST, LARGEST)
     count = len(draft.curves)
     found = np.bincount(draft.links.curve, residual**2, minlength=count)
     knots = np.diff(draft.prepared.curves.coefficient_start)
-    folded = folded_segments(draft.prepared, draft.state.coefficients) > 0
-    return np.asarray(np.where(folded, np.inf, found + PRICE * knots))
+    return np.asarray(np.where(distorted(draft), np.inf, found + PRICE * knots))
 
 
 def wanted_knots(draft: Draft, tolerance: float, only: BoolArray, most: int | None) -> list[FloatArray]:
@@ -126,7 +125,7 @@ def with_knots(curve: Curve, basis: CurveBasis, coefficients: FloatArray, new: F
     )  # fmt: skip
 
 
-def _chosen(draft: Draft, trial: Draft, better: BoolArray) -> Draft:
+def cheaper(draft: Draft, trial: Draft, better: BoolArray) -> Draft:
     """The better of two drafts for every curve; both have the same links."""
     if better.all():
         return trial
