@@ -152,9 +152,12 @@ def _check_one_table(rows: ChainRows, building: Building) -> None:
     """A chain stands in one table: the same name in two of them would be two chains of one name."""
     seen: dict[tuple[str, str], int] = {}
     for number, group in enumerate(rows.groups):
+        if len(rows.groups) == 1 or not group.chain_ids:
+            continue
+        images, names = group.table.labels("image"), group.table.words("chain")
         _, first = np.unique(group.chain, return_index=True)
         for row in first[group.chain[first] >= 0].tolist():
-            image, name = group.table.labels("image")[row], group.table.words("chain")[row]
+            image, name = images[row], names[row]
             if seen.setdefault((image, name), number) != number:
                 message = f"chain `{name}` of image `{image}` stands in two tables"
                 help = "give the chains of one of them other names"

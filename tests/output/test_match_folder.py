@@ -96,6 +96,19 @@ def test_points_taken_out_do_not_count(loaded: LoadedProject) -> None:
     )
 
 
+def test_a_chain_is_whole_without_the_points_taken_out(loaded: LoadedProject) -> None:
+    result = known_matching(loaded)
+    out = int(np.flatnonzero(result.matches.curve >= 0)[0])
+    excluded = np.zeros(len(loaded.network.unlabelled), dtype=bool)
+    excluded[out] = True
+    curve = result.matches.curve.copy()
+    curve[out] = -1
+    given = replace(loaded.network, unlabelled=replace(loaded.network.unlabelled, excluded=excluded))
+    found = replace(result, given=given, matches=replace(result.matches, curve=curve))
+    whole = content_of(result)["counts"]["chains_matched_whole"]
+    assert content_of(found)["counts"]["chains_matched_whole"] == whole
+
+
 def test_a_share_below_the_limit_is_not_accepted(loaded: LoadedProject) -> None:
     share = MatchCounts(known_matching(loaded)).share
     for limit, status in ((share - 1e-6, "passed"), (share + 1e-6, "failed")):
