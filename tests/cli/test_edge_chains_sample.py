@@ -16,13 +16,9 @@ import numpy as np
 import pytest
 from scipy.special import chdtri
 
-from splinebba_cli.core.matching import match as matching
 from tests.cli.test_sample_projects import EOP, differences
 from tests.regenerate_expected import SAMPLES, adjust
 
-pytestmark = pytest.mark.skipif(
-    hasattr(matching, "GATE_SIGMA"), reason="matching searches only where the given orientations say"
-)
 SAMPLE = next(sample for sample in SAMPLES if sample.match)
 
 
