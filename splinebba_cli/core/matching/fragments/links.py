@@ -47,7 +47,8 @@ def links_of(
     step = np.concatenate([part[1] for part in parts])
     place = step + np.concatenate([part[2] for part in parts]) - start[fragment[step]]
     links = Links(fragment[step], point, place, np.concatenate([part[3] for part in parts]))
-    order = np.lexsort((np.abs(links.z), links.point, links.fragment))
+    apart = np.concatenate([part[4] for part in parts])
+    order = np.lexsort((apart, links.point, links.fragment))
     links = links.only(order)
     new = np.ones(len(links), dtype=bool)
     new[1:] = (links.point[1:] != links.point[:-1]) | (links.fragment[1:] != links.fragment[:-1])
@@ -69,11 +70,11 @@ def _near_steps(
     xy = views.project(np.full(len(xyz), image), xyz)
     one, two = xy[steps], xy[steps + 1]
     seen = np.isfinite(one).all(axis=1) & np.isfinite(two).all(axis=1)
-    low, high = chains.xy[own].min(axis=0), chains.xy[own].max(axis=0)
+    reach = gate * np.hypot(1.0, WIDEST) * float(chains.sigma[own].max())
+    low, high = chains.xy[own].min(axis=0) - reach, chains.xy[own].max(axis=0) + reach
     with np.errstate(invalid="ignore"):
         seen &= ((np.maximum(one, two) >= low) & (np.minimum(one, two) <= high)).all(axis=1)
     steps, one, two = steps[seen], one[seen], two[seen]
-    reach = gate * np.hypot(1.0, WIDEST) * float(chains.sigma[own].max())
     radius = (0.5 + BEYOND) * np.linalg.norm(two - one, axis=1) + reach
     found = cKDTree(chains.xy[own]).query_ball_point(0.5 * (one + two), radius)
     count = np.array([len(each) for each in found], dtype=np.int64)
@@ -84,8 +85,8 @@ def _near_steps(
 def _fitting(
     views: Views, chains: TracedChains, point: IntArray, step: IntArray, xyz: FloatArray,
     dispersion: FloatArray, gate: float, direction_tolerance: float,
-) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:  # fmt: skip
-    """Of pairs of a point and a step those that fit: point, step, fraction of the step, z."""
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray]:  # fmt: skip
+    """Of pairs of a point and a step those that fit: point, step, fraction of the step, z, distance from the step."""
     image = chains.image[point]
     one = views.project(image, xyz[step])
     two = views.project(image, xyz[step + 1])
@@ -109,7 +110,8 @@ def _fitting(
     good = (np.abs(z) < gate) & (fraction > -BEYOND) & (fraction < 1.0 + BEYOND)
     good &= turned < direction_tolerance + gate * chains.tangent_sigma[point]
     rows = np.flatnonzero(good)
-    return point[rows], step[rows], t[rows], z[rows]
+    apart = np.hypot(distance, (fraction - t) * length)
+    return point[rows], step[rows], t[rows], z[rows], apart[rows]
 
 
 def _in_rows(chains: TracedChains, links: Links) -> Links:

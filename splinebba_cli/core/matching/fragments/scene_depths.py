@@ -27,7 +27,7 @@ CHANCE = 4.0  # sigma above the usual count, from which a belt holds more than c
 FEWEST = 8  # agreed depths in a belt that can be more than chance
 APART = 5  # belts between groups
 SMALL_GROUP = 0.1  # of the excess of the largest group
-DENSE = 6.0  # crossings of a point with the chains of one image, from which depths are narrowed
+DENSE = 2.0  # crossings of a point with the chains of one image, from which depths are narrowed
 
 
 @dataclass(frozen=True)

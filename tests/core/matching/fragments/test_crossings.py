@@ -97,10 +97,29 @@ def test_depth_scatters_as_its_sigma_says() -> None:
     assert 0.55 < np.concatenate(squares).mean() < 1.1
 
 
-def test_no_depth_of_a_chain_along_the_epipolar_line() -> None:
-    views, chains = prepared([straight((-120.0, 0.0, 0.0), (1.0, 0.0, 0.0))], IN_LINE)
+@pytest.mark.parametrize("sigma_px", [0.0, 0.5])
+def test_no_depth_of_a_chain_along_the_epipolar_line(sigma_px: float) -> None:
+    views, chains = prepared([straight((-70.0, 0.0, 0.0), (1.0, 0.0, 0.0))], IN_LINE, sigma_px)
     points, segments = np.flatnonzero(chains.image == 0), chains.segment[chains.image[chains.segment] == 3]
     found = depth_hypotheses(views, chains, epipolar_crossings(views, chains, points, segments, DEPTHS))
+    assert len(found) == 0
+
+
+def test_no_depth_of_an_edge_along_a_line_of_sight() -> None:
+    """All points of an edge along the base see one place of an edge that crosses there."""
+    along, aside = (
+        straight((-20.0, 0.0, 0.0), (1.0, 0.0, 0.0), 30),
+        straight((0.0, -20.0, 0.0), (0.0, 1.0, 0.0), 30),
+    )
+    views, chains = prepared([along, aside], IN_LINE)
+    first = chains.piece[np.flatnonzero(chains.image == 0)[0]]
+    points = np.flatnonzero(chains.piece == first)
+    segments = chains.segment[chains.image[chains.segment] == 3]
+    found = depth_hypotheses(views, chains, epipolar_crossings(views, chains, points, segments, DEPTHS))
+    crossed = epipolar_crossings(views, chains, points, segments, DEPTHS)
+    places = crossed.first + crossed.fraction
+    same = np.abs(places - np.median(places)) < 1.0
+    assert same.sum() > 5
     assert len(found) == 0
 
 
