@@ -101,9 +101,7 @@ def _image_points(network: Network) -> ImagePoints:
 def _first_draft(network: Network, state: State, strands: list[Strand]) -> Draft:
     ids = new_ids(len(strands), (curve.id for curve in network.curves))
     fits = [fit_places(strand.places, FIRST_TOLERANCE) for strand in strands]
-    curves = tuple(
-        curve_of_fit(fit, id, strand.corners) for fit, id, strand in zip(fits, ids, strands, strict=True)
-    )
+    curves = tuple(curve_of_fit(fit, id) for fit, id in zip(fits, ids, strict=True))
     none = np.zeros(0, dtype=np.int64)
     row = np.concatenate([none, *(s.link_row for s in strands)])
     curve = np.repeat(np.arange(len(strands)), [len(s.link_row) for s in strands])

@@ -91,7 +91,9 @@ class Draft:
                 curve_observations=select_rows(network.curve_observations, kept),
             )
         )
-        state = replace(self.state, location=self.state.location[kept], coefficients=initial_coefficients(prepared))
+        state = replace(
+            self.state, location=self.state.location[kept], coefficients=initial_coefficients(prepared)
+        )
         return Draft(prepared, state, self.row[kept])
 
     def solved(self) -> Draft:
@@ -145,24 +147,12 @@ def with_curves(draft: Draft, curves: tuple[Curve, ...]) -> Draft:
 
 
 def _assembler(prepared: Prepared) -> Assembler:
-    """Equations of the curves alone: knots stay where they are along the curve, corners may move.
-
-    Metres along a new curve are its locations, and knots are inserted where they are needed: none has to slide.
-    """
+    """Equations of the curves alone: knots stay nearly where they are along the curve, others are inserted at need."""
     layout = layout_of(prepared).hold_images()
     free = tuple(replace(c, sigma=np.full(c.sigma.shape, np.inf)) for c in prepared.network.curves)
     unheld = replace(prepared, network=replace(prepared.network, curves=free))
     gauge = gauge_rows(unheld, layout.coefficient_mask, prepared.network.settings.gauge_sigma_m)
-    corners = np.concatenate([np.zeros(0, dtype=np.int64), *(
-        np.flatnonzero((gauge.curve == k) & np.isin(gauge.row, curve.breaks))
-        for k, curve in enumerate(prepared.network.curves) if curve.breaks
-    )]).astype(np.int64)  # fmt: skip
-    others = np.setdiff1d(np.arange(len(gauge)), corners)
-    rows = [
-        control_rows(prepared, layout.coefficient_mask),
-        gauge.select(others).with_sigma_times(SLIDING),
-        gauge.select(corners),
-    ]
+    rows = [control_rows(prepared, layout.coefficient_mask), gauge.with_sigma_times(SLIDING)]
     return Assembler(prepared, layout, concatenate_rows(rows, prepared.curves.support))
 
 
@@ -175,11 +165,10 @@ def _held(curves: tuple[Curve, ...]) -> tuple[Curve, ...]:
     return tuple(held)
 
 
-def curve_of_fit(fit: PlaceFit, id: str, corners: tuple[float, ...] = ()) -> Curve:
+def curve_of_fit(fit: PlaceFit, id: str) -> Curve:
     """A fitted spline as a tie curve whose knots are free."""
     knots, parameters = fit.knots, fit.basis.break_points.copy()
-    breaks = () if fit.basis.closed else tuple(int(k) for k in np.searchsorted(parameters, corners))
     return Curve(
         id, "tie", "natural_cubic", knots, np.full(knots.shape, np.inf),
-        closed=fit.basis.closed, knot_parameters=parameters, breaks=breaks,
+        closed=fit.basis.closed, knot_parameters=parameters,
     )  # fmt: skip

@@ -72,22 +72,16 @@ def point_spacing(draft: Draft) -> FloatArray:
     return found
 
 
-def _on_domain(
-    curve: Curve, basis: CurveBasis, coefficients: FloatArray, low: float, high: float
-) -> Curve:
-    """An open natural spline that begins and ends elsewhere; corners inside stay."""
+def _on_domain(curve: Curve, basis: CurveBasis, coefficients: FloatArray, low: float, high: float) -> Curve:
+    """An open natural spline that begins and ends elsewhere."""
     breaks = basis.break_points
-    corners = breaks[list(curve.breaks)]
     least = SHORTEST * (high - low) / max(len(breaks) - 1, 1)
     inner = breaks[(breaks > low + least) & (breaks < high - least)]
-    inner = np.union1d(inner, corners[(corners > low) & (corners < high)])
     parameters = np.concatenate([[low], inner, [high]])
     knots = _straight_on(basis, coefficients, parameters)
-    kept = corners[(corners > low) & (corners < high)]
     return replace(
-        curve, values=knots, sigma=np.full_like(knots, np.inf), knot_parameters=parameters,
-        breaks=tuple(int(k) for k in np.searchsorted(parameters, kept)), reference=None,
-    )  # fmt: skip
+        curve, values=knots, sigma=np.full_like(knots, np.inf), knot_parameters=parameters, reference=None
+    )
 
 
 def _straight_on(basis: CurveBasis, coefficients: FloatArray, u: FloatArray) -> FloatArray:

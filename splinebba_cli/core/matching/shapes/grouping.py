@@ -20,7 +20,9 @@ def groups_of(count: int, overlaps: list[Overlap]) -> list[list[int]]:
     groups = {k: [k] for k in range(count)}
     owner = list(range(count))
     known = {(o.first, o.second): o for o in overlaps}
-    same = sorted((o for o in overlaps if o.one_edge), key=lambda o: (-o.shared, o.statistic, o.first, o.second))
+    same = sorted(
+        (o for o in overlaps if o.one_edge), key=lambda o: (-o.shared, o.statistic, o.first, o.second)
+    )
     for overlap in same:
         a, b = owner[overlap.first], owner[overlap.second]
         if a == b or _contradicted(groups[a], groups[b], known):

@@ -61,7 +61,9 @@ def links_to(
     own = np.flatnonzero(allowed)
     best = own[np.lexsort((across[own], near.curve[own], near.point[own]))]
     first = np.ones(len(best), dtype=bool)
-    first[1:] = (near.point[best[1:]] != near.point[best[:-1]]) | (near.curve[best[1:]] != near.curve[best[:-1]])
+    first[1:] = (near.point[best[1:]] != near.point[best[:-1]]) | (
+        near.curve[best[1:]] != near.curve[best[:-1]]
+    )
     best = best[first]
     table = _Costs(place[near.point[best]], near.curve[best], across[best], near.location[best])
     return _cheapest(scene.chain[rows], table, gate)

@@ -1,9 +1,9 @@
 """Whether two fragments that run side by side show one edge or two.
 
-    shared      the same image points belong to both: in two or more images that is one edge, whatever the places say
-    two edges   an image shows two lines there, side by side and further apart than they are measured precisely
-    lateral     d' (F' (D_a + D_b) F)^-1 d of the places beside each other, chi-square with 2 degrees of freedom where
-                they are one edge; the median over the common stretch decides
+shared      the same image points belong to both: in two or more images that is one edge, whatever the places say
+two edges   an image shows two lines there, side by side and further apart than they are measured precisely
+lateral     d' (F' (D_a + D_b) F)^-1 d of the places beside each other, chi-square with 2 degrees of freedom where
+            they are one edge; the median over the common stretch decides
 """
 
 from __future__ import annotations
@@ -58,7 +58,9 @@ class Overlap:
     @property
     def two_edges(self) -> bool:
         """Whether an image proves that they are different edges."""
-        return self.separate_images > 0 and (self.shared_images < 2 or self.separate_images > self.shared_images)
+        return self.separate_images > 0 and (
+            self.shared_images < 2 or self.separate_images > self.shared_images
+        )
 
 
 def overlaps_of(strands: list[Strand], points: ImagePoints) -> list[Overlap]:
@@ -166,5 +168,3 @@ def _apart(a: IntArray, b: IntArray, points: ImagePoints) -> bool:
     if len(distance) < FEWEST:
         return False
     return bool(np.median(distance) > APART * np.sqrt(2.0) * np.median(points.sigma[a]))
-
-
