@@ -122,6 +122,9 @@ ERROR_CODES: dict[str, str] = {
     "SBB543": "no solution without the outliers",
     "SBB544": "observations excluded by the user",
     "SBB570": "not enough memory for the normal equations",
+    "SBB590": "no tie curves can be built from chains",
+    "SBB591": "chains without a curve",
+    "SBB592": "chains cut at jumps",
     # 6xx: output
     "SBB601": "results cannot be written",
     "SBB602": "not a result folder",

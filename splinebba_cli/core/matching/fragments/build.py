@@ -10,6 +10,7 @@ Nothing here knows shapes: joining fragments and fitting splines is the work of 
 from __future__ import annotations
 
 import logging
+
 import numpy as np
 from scipy.stats import norm
 
@@ -17,13 +18,14 @@ from splinebba_cli.core.matching.fragments.confirmed_links import confirmed
 from splinebba_cli.core.matching.fragments.fragment import Fragment
 from splinebba_cli.core.matching.fragments.frames import Frames
 from splinebba_cli.core.matching.fragments.labelled_points import LabelledPoints, label_points
-from splinebba_cli.core.matching.fragments.links import Links, links_of
+from splinebba_cli.core.matching.fragments.link_table import Links
+from splinebba_cli.core.matching.fragments.links import links_of
 from splinebba_cli.core.matching.fragments.partners import partner_images
 from splinebba_cli.core.matching.fragments.runs import Runs, runs_of
 from splinebba_cli.core.matching.fragments.scene_depths import narrowed, plausible_depths
 from splinebba_cli.core.matching.fragments.selection import Stretch, selected_stretches
 from splinebba_cli.core.matching.fragments.traced_chains import TracedChains
-from splinebba_cli.core.matching.fragments.triangulation import largest_across, smallest_across, triangulated
+from splinebba_cli.core.matching.fragments.triangulation import sigmas_across, triangulated
 from splinebba_cli.core.matching.fragments.views import Views
 from splinebba_cli.core.matching.fragments.witnesses import seeing_share, third_image_possible
 from splinebba_cli.core.matching.settings import MatchSettings
@@ -33,6 +35,8 @@ _log = logging.getLogger(__name__)
 
 WEAK = 4.0  # times the usual sigma across: the depth is open
 LEAST_POINTS = 3  # of an image that sees a fragment
+FEWEST_OF_CLOSED = 8  # places
+CLOSING_STEPS = 2.0  # from the last place to the first
 LEAST_SEEING = 0.5  # of the images that should see a fragment
 
 
@@ -43,6 +47,7 @@ def build_fragments(
     settings: MatchSettings | None = None,
     rows: IntArray | None = None,
     object_xyz: FloatArray | None = None,
+    orientation_sigma_mm: float = 0.0,
 ) -> list[Fragment]:
     """Pieces of curves in space from unlabelled chains.
 
@@ -51,6 +56,7 @@ def build_fragments(
     rotation, position : (m, 3, 3) and (m, 3) present exterior orientations; NaN: the image is left out
     rows : (q,) unlabelled points without a curve, default all; single points are left out
     object_xyz : (n, 3) present coordinates of the points of the network, default those given: where objects lie
+    orientation_sigma_mm : what uncertain orientations add to the noise of an image point across a chain
 
     Returns
     -------
@@ -60,7 +66,7 @@ def build_fragments(
     settings = settings or MatchSettings()
     rows = np.arange(len(network.unlabelled)) if rows is None else np.asarray(rows)
     views = Views.of(network, rotation, position)
-    chains = TracedChains.of(network, views, rows)
+    chains = TracedChains.of(network, views, rows, orientation_sigma_mm)
     if len(np.unique(chains.image)) < 2:
         return []
     gate = float(norm.isf(settings.alpha / 2.0))
@@ -91,7 +97,7 @@ def _fragments(
     xyz, dispersion = xyz[back], dispersion[back]
     start = np.concatenate([[0], np.cumsum([len(each) for each in points])])
     along = _tangents(start, xyz)
-    sigma, fine = largest_across(dispersion, along), smallest_across(dispersion, along)
+    fine, sigma = sigmas_across(dispersion, along)
     weak = (sigma > WEAK * np.median(sigma)) & (sigma > WEAK * fine) | runs.bridged[np.concatenate(points)]
     links = links_of(views, chains, start, xyz, dispersion, gate, settings.direction_tolerance_rad)
     border = np.searchsorted(links.fragment, np.arange(len(points) + 1))
@@ -107,10 +113,19 @@ def _fragments(
             Fragment(
                 xyz=xyz[own], dispersion=dispersion[own], image_count=seen.sum(axis=1), weak=weak[own],
                 link_row=chains.row[linked.point][order], link_place=linked.place[order],
-                reference_image=int(chains.image[points[k][0]]),
+                closed=_closes(xyz[own]), reference_image=int(chains.image[points[k][0]]),
             )
         )  # fmt: skip
     return out
+
+
+def _closes(xyz: FloatArray) -> bool:
+    """Whether the first place follows the last one: a usual step away, and ahead."""
+    step = np.linalg.norm(np.diff(xyz, axis=0), axis=1)
+    gap = xyz[0] - xyz[-1]
+    if len(xyz) < FEWEST_OF_CLOSED or np.linalg.norm(gap) > CLOSING_STEPS * np.median(step):
+        return False
+    return bool(gap @ (xyz[-1] - xyz[-3]) > 0.0 or np.linalg.norm(gap) < 0.5 * np.median(step))
 
 
 def _believable(views: Views, frames: Frames, xyz: FloatArray, seen: BoolArray) -> bool:
@@ -119,7 +134,7 @@ def _believable(views: Views, frames: Frames, xyz: FloatArray, seen: BoolArray) 
         return False
     if (seen.sum(axis=1) >= 3).any():
         return True
-    return not third_image_possible(views, frames, xyz, seen.any(axis=0)).any()
+    return not third_image_possible(views, frames, xyz, np.asarray(seen.any(axis=0))).any()
 
 
 def _tangents(start: IntArray, xyz: FloatArray) -> FloatArray:

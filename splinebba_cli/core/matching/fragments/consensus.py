@@ -10,12 +10,14 @@ the logarithm of the ratio of the densities of a right and of a chance crossing.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from splinebba_cli.core.matching.fragments.hypotheses import Hypotheses
-from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 
 STATES = 8  # depths of a point that are kept
 LARGEST_WORTH = 6.0  # of one image
@@ -39,9 +41,7 @@ class Depths:
         return len(self.point)
 
 
-def agreed_depths(
-    found: Hypotheses, partners: IntArray, depths: FloatArray, gate: float
-) -> Depths:
+def agreed_depths(found: Hypotheses, partners: IntArray, depths: FloatArray, gate: float) -> Depths:
     """Alternative depths of the points of one image.
 
     Parameters
@@ -61,8 +61,7 @@ def agreed_depths(
     member[np.arange(len(found)), column] = np.arange(len(found))
     worth = np.full(len(found), ALONE)
     start = np.concatenate([[0], np.cumsum(size)])
-    for begin, end in _blocks(size):
-        seed, other = _pairs(start, begin, end)
+    for seed, other in _near_pairs(found, index, start, depths, gate):
         z, good = _agreement(found, seed, other, gate)
         good &= column[seed] != column[other]
         seed, other, z = seed[good], other[good], z[good]
@@ -78,27 +77,38 @@ def agreed_depths(
     return _states(found, member, worth, index, start)
 
 
-def _blocks(size: IntArray) -> list[tuple[int, int]]:
-    """Ranges of points whose pairs fit into one go."""
-    total = np.cumsum(size**2)
-    cuts = np.searchsorted(total, np.arange(PAIRS, int(total[-1]) if len(total) else 0, PAIRS))
-    edges = np.unique(np.concatenate([[0], cuts, [len(size)]]))
-    return list(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True))
+def _near_pairs(
+    found: Hypotheses, index: IntArray, start: IntArray, depths: FloatArray, gate: float
+) -> Iterator[tuple[IntArray, IntArray]]:
+    """Ordered pairs of hypotheses of the same point that can agree, in blocks that hold whole points.
 
-
-def _pairs(start: IntArray, begin: int, end: int) -> tuple[IntArray, IntArray]:
-    """All ordered pairs of hypotheses of the same point."""
-    size = np.diff(start[begin : end + 1])
-    seed = np.repeat(np.arange(start[begin], start[end]), np.repeat(size, size))
-    count = size**2
-    within = np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)
-    other = np.repeat(start[begin:end], count) + within % np.repeat(size, count)
-    return seed, other
+    A pair that agrees lies within gate sqrt(2) times the larger of its sigmas: every hypothesis looks in its own such
+    window for those that are no less certain.
+    """
+    scale = 0.5 / (depths[1] - depths[0])
+    key = index + (found.depth - depths[0]) * scale
+    reach = np.sqrt(2.0) * gate * found.sigma * scale
+    first = np.maximum(np.searchsorted(key, key - reach), start[:-1][index])
+    last = np.minimum(np.searchsorted(key, key + reach, side="right"), start[1:][index])
+    count = last - first
+    total = np.concatenate([[0], np.cumsum(count)])[start]
+    cuts = np.searchsorted(total, np.arange(PAIRS, int(total[-1]), PAIRS))
+    edges = np.unique(np.concatenate([[0], cuts, [len(start) - 1]]))
+    for begin, end in pairwise(edges):
+        own = np.arange(start[begin], start[end])
+        seed = np.repeat(own, count[own])
+        within = np.arange(len(seed)) - np.repeat(np.cumsum(count[own]) - count[own], count[own])
+        other = first[seed] + within
+        sure = (found.sigma[other] < found.sigma[seed]) | (found.sigma[other] == found.sigma[seed]) & (
+            other < seed
+        )
+        seed, other = seed[sure], other[sure]
+        yield np.concatenate([seed, other]), np.concatenate([other, seed])
 
 
 def _agreement(
     found: Hypotheses, seed: IntArray, other: IntArray, gate: float
-) -> tuple[FloatArray, np.ndarray]:
+) -> tuple[FloatArray, BoolArray]:
     """Difference of depth over its sigma, and whether depth and slope agree."""
     z = (found.depth[seed] - found.depth[other]) / np.hypot(found.sigma[seed], found.sigma[other])
     slope_sigma = np.hypot(found.slope_sigma[seed], found.slope_sigma[other])
@@ -106,7 +116,9 @@ def _agreement(
     return np.abs(z), (np.abs(z) < gate) & (np.abs(slope) < gate)
 
 
-def _states(found: Hypotheses, member: IntArray, worth: FloatArray, index: IntArray, start: IntArray) -> Depths:
+def _states(
+    found: Hypotheses, member: IntArray, worth: FloatArray, index: IntArray, start: IntArray
+) -> Depths:
     """The best depths of every point; a hypothesis that a better one has gathered gives none of its own."""
     order = np.lexsort((-worth, index))
     taken = np.zeros(len(found), dtype=bool)

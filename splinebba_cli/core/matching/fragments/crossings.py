@@ -2,11 +2,14 @@
 
 Planes through both perspective centres are numbered by their angle about the base.  A point lies in one of them, a
 step of a chain spans an interval of angles: the crossings are the pairs of a point and an interval that holds it,
-found by sorting.  On the step the crossing follows from the plane without approximation.
+found by sorting.  In its plane a ray is numbered by its angle from the base: the depths that are looked at span an
+interval of these angles, divided into belts, so that steps far along the epipolar line are not even touched.  On the
+step the crossing follows from the plane without approximation.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +20,8 @@ from splinebba_cli.core.network import FloatArray, IntArray
 
 WIDEST_RAD = 0.5  # steps that span more of the pencil of planes pass by the epipole
 BLOCK = 2_000_000  # crossings that are looked at in one go
+MOST_BELTS = 2000  # over half a turn
+ROUNDING = 1e-9  # rad, of angles from the base
 
 
 @dataclass(frozen=True)
@@ -63,24 +68,84 @@ def epipolar_crossings(
     if not np.linalg.norm(base) > 0.0:
         return Crossings.joined([])
     axes = _pencil(base, chains.ray[points])
-    angle = _plane_angles(axes, chains.ray[points])
-    order = np.argsort(angle)
-    low, high = _intervals(axes, chains.ray[segments], chains.ray[segments + 1])
-    first = np.searchsorted(angle[order], low, side="left")
-    count = np.searchsorted(angle[order], high, side="right") - first
-    count = np.maximum(count, 0)
+    belts = _belts(chains, points, segments, base, depths)
     parts = []
-    ends = np.cumsum(count)
-    for part in np.split(
-        np.arange(len(segments)), np.searchsorted(ends, np.arange(BLOCK, int(ends[-1]), BLOCK))
-    ):
-        total = int(count[part].sum())
-        if not total:
-            continue
-        within = np.arange(total) - np.repeat(np.cumsum(count[part]) - count[part], count[part])
-        point = points[order[np.repeat(first[part], count[part]) + within]]
-        parts.append(_crossed(views, chains, point, np.repeat(segments[part], count[part]), base, depths))
+    for point, first in _in_common_planes(axes, chains, belts):
+        parts.append(_crossed(chains, point, first, base, depths))
     return Crossings.joined(parts)
+
+
+@dataclass(frozen=True)
+class _Belts:
+    """Points and steps by belts of the angle from the base; each stands in every belt that it touches."""
+
+    point: IntArray
+    point_belt: IntArray
+    segment: IntArray
+    segment_belt: IntArray
+    first_of_point: IntArray  # (n,) of all chain points
+    first_of_segment: IntArray  # (n,)
+
+
+def _belts(
+    chains: TracedChains,
+    points: IntArray,
+    segments: IntArray,
+    base: FloatArray,
+    depths: FloatArray,
+) -> _Belts:
+    length = np.linalg.norm(base)
+    along = base / length
+    ray = chains.ray[points]
+    near = _angle_from(along, depths[0] * ray - base)
+    far = _angle_from(along, depths[1] * ray - base)
+    one, two = _angle_from(along, chains.ray[segments]), _angle_from(along, chains.ray[segments + 1])
+    low, high = np.minimum(near, far), np.maximum(near, far)
+    width = max(float(np.median(high - low)), float(np.median(np.abs(two - one))), np.pi / MOST_BELTS)
+    point, point_belt, first_of_point = _spread(points, low, high, width, len(chains))
+    segment, segment_belt, first_of_segment = _spread(
+        segments, np.minimum(one, two), np.maximum(one, two), width, len(chains)
+    )
+    return _Belts(point, point_belt, segment, segment_belt, first_of_point, first_of_segment)
+
+
+def _angle_from(along: FloatArray, ray: FloatArray) -> FloatArray:
+    return np.asarray(np.arctan2(np.linalg.norm(np.cross(ray, along), axis=1), ray @ along))
+
+
+def _spread(
+    things: IntArray, low: FloatArray, high: FloatArray, width: float, total: int
+) -> tuple[IntArray, IntArray, IntArray]:
+    """Things in every belt that their interval touches, the belts, and the first belt of each of all."""
+    first = np.floor((low - ROUNDING) / width).astype(np.int64)
+    count = np.floor((high + ROUNDING) / width).astype(np.int64) - first + 1
+    within = np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)
+    of_all = np.zeros(total, dtype=np.int64)
+    of_all[things] = first
+    return np.repeat(things, count), np.repeat(first, count) + within, of_all
+
+
+def _in_common_planes(
+    axes: FloatArray, chains: TracedChains, belts: _Belts
+) -> Iterator[tuple[IntArray, IntArray]]:
+    """Pairs of a point and a step of the same belt that have an epipolar plane in common, in blocks."""
+    turn = 4.0 * np.pi
+    angle = _plane_angles(axes, chains.ray[belts.point]) + turn * belts.point_belt
+    order = np.argsort(angle)
+    low, high = _intervals(axes, chains.ray[belts.segment], chains.ray[belts.segment + 1])
+    angle, offset = angle[order], turn * belts.segment_belt
+    start = np.searchsorted(angle, low + offset, side="left")
+    count = np.maximum(np.searchsorted(angle, high + offset, side="right") - start, 0)
+    ends = np.cumsum(count)
+    total = int(ends[-1]) if len(ends) else 0
+    for part in np.split(np.arange(len(count)), np.searchsorted(ends, np.arange(BLOCK, total, BLOCK))):
+        size = count[part]
+        within = np.arange(int(size.sum())) - np.repeat(np.cumsum(size) - size, size)
+        chosen = order[np.repeat(start[part], size) + within]
+        point, segment = belts.point[chosen], np.repeat(belts.segment[part], size)
+        belt = np.maximum(belts.first_of_point[point], belts.first_of_segment[segment])
+        once = belt == np.repeat(belts.segment_belt[part], size)
+        yield point[once], segment[once]
 
 
 def _pencil(base: FloatArray, rays: FloatArray) -> FloatArray:
@@ -108,7 +173,6 @@ def _intervals(axes: FloatArray, begin: FloatArray, end: FloatArray) -> tuple[Fl
 
 
 def _crossed(
-    views: Views,
     chains: TracedChains,
     point: IntArray,
     first: IntArray,

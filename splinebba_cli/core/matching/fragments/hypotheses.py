@@ -24,7 +24,8 @@ from splinebba_cli.core.matching.fragments.views import Views
 from splinebba_cli.core.network import FloatArray, IntArray
 
 SAME_DIRECTION = 0.9  # cosine of the tangents at both ends of a step: below, there is a corner between
-SHARPEST = 0.02  # sine of the angle between the chain and the epipolar line, below which there is no depth
+SURE = 2.0  # sigma by which the direction of the chain must differ from that of the epipolar line
+SLOWEST = 0.2  # place there over place here along a step: below, the curve would run along a line of sight
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,9 @@ def depth_hypotheses(views: Views, chains: TracedChains, crossings: Crossings) -
         turn = np.abs(_cross(along, by_depth)) / length
         turn_here = np.abs(_cross(along, by_side * depth[:, None])) / length
         slope_sigma = np.hypot(tangent_sigma, turn_here * chains.tangent_sigma[here]) / turn
-        good = np.isfinite(slope_sigma) & (np.abs(across) > SHARPEST * speed)
+        good = np.isfinite(slope_sigma) & (np.abs(across) > SURE * tangent_sigma * speed)
+        advance = np.sqrt(length / np.sum(by_forward**2, axis=1))
+        good &= (advance > SLOWEST) & (advance < 1.0 / SLOWEST)
     rows = np.flatnonzero(good)
     rows = rows[np.lexsort((depth[rows], here[rows]))]
     return Hypotheses(

@@ -73,18 +73,23 @@ def label_points(
         points = np.flatnonzero(chains.image == k)
         found = hypotheses_of(views, chains, points, partners[k], depths[k])
         agreed = agreed_depths(found, partners[k], depths[k], gate)
-        state, joined = _best_of_image(chains, found, agreed, points)
+        state, joined = best_depths(chains, found, agreed, points)
         single = np.bincount(agreed.point, minlength=len(chains))[points] == 1
         return points, state, agreed, found, joined, single
 
     count = len(chains)
-    value = np.full((4, count), np.nan)
+    value = np.full((4, count), np.nan)  # depth, sigma, slope, sigma of slope
     joined_all, single_all = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
     links: list[tuple[IntArray, FloatArray]] = []
     for points, state, agreed, found, joined, single in in_threads(of_image, images):
         has = state >= 0
         own, state = points[has], state[has]
-        value[:, own] = agreed.depth[state], agreed.sigma[state], agreed.slope[state], agreed.slope_sigma[state]
+        value[:, own] = (
+            agreed.depth[state],
+            agreed.sigma[state],
+            agreed.slope[state],
+            agreed.slope_sigma[state],
+        )
         joined_all[points], single_all[points] = joined & has, single
         member = agreed.member[state]
         row, column = np.nonzero(member >= 0)
@@ -92,17 +97,7 @@ def label_points(
     link_point = np.concatenate([one for one, _ in links]) if links else np.zeros(0, dtype=np.int64)
     link_place = np.concatenate([two for _, two in links]) if links else np.zeros(0)
     order = np.argsort(link_point, kind="stable")
-    return LabelledPoints(*value, joined_all, single_all, link_point[order], link_place[order])
-
-
-def _best_of_image(
-    chains: TracedChains, found: Hypotheses, agreed: Depths, points: IntArray
-) -> tuple[IntArray, BoolArray]:
-    """The sequences of depths of all pieces of an image, as :func:`best_depths`."""
-    state = np.full(len(points), -1)
-    joined = np.zeros(len(points), dtype=bool)
-    for piece in range(chains.piece[points[0]], chains.piece[points[-1]] + 1):
-        first, last = int(chains.start[piece]), int(chains.start[piece + 1])
-        own = slice(first - points[0], last - points[0])
-        state[own], joined[own] = best_depths(chains, found, agreed, first, last)
-    return state, joined
+    depth, sigma, slope, slope_sigma = value
+    return LabelledPoints(
+        depth, sigma, slope, slope_sigma, joined_all, single_all, link_point[order], link_place[order]
+    )

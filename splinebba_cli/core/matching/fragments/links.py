@@ -14,7 +14,7 @@ from splinebba_cli.core.matching.fragments.link_table import Links, rows_of_link
 from splinebba_cli.core.matching.fragments.one_chain import one_chain_an_image
 from splinebba_cli.core.matching.fragments.traced_chains import TracedChains
 from splinebba_cli.core.matching.fragments.views import Views
-from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
+from splinebba_cli.core.network import FloatArray, IntArray
 
 WIDEST = 3.0  # what the dispersion of a fragment may add to the gate, in sigma of the image point
 NEIGHBOURS = 2  # on either side, over which the fit to a fragment is averaged
@@ -47,7 +47,8 @@ def links_of(
     step = np.concatenate([part[1] for part in parts])
     place = step + np.concatenate([part[2] for part in parts]) - start[fragment[step]]
     links = Links(fragment[step], point, place, np.concatenate([part[3] for part in parts]))
-    order = np.lexsort((np.abs(links.z), links.point, links.fragment))
+    apart = np.concatenate([part[4] for part in parts])
+    order = np.lexsort((apart, links.point, links.fragment))
     links = links.only(order)
     new = np.ones(len(links), dtype=bool)
     new[1:] = (links.point[1:] != links.point[:-1]) | (links.fragment[1:] != links.fragment[:-1])
@@ -57,17 +58,23 @@ def links_of(
 
 
 def _near_steps(
-    views: Views, chains: TracedChains, image: int, own: IntArray, xyz: FloatArray, steps: IntArray, gate: float
+    views: Views,
+    chains: TracedChains,
+    image: int,
+    own: IntArray,
+    xyz: FloatArray,
+    steps: IntArray,
+    gate: float,
 ) -> tuple[IntArray, IntArray]:
     """Pairs of a chain point of an image and a step of a fragment that passes near, (q,) each."""
     xy = views.project(np.full(len(xyz), image), xyz)
     one, two = xy[steps], xy[steps + 1]
     seen = np.isfinite(one).all(axis=1) & np.isfinite(two).all(axis=1)
-    low, high = chains.xy[own].min(axis=0), chains.xy[own].max(axis=0)
+    reach = gate * np.hypot(1.0, WIDEST) * float(chains.sigma[own].max())
+    low, high = chains.xy[own].min(axis=0) - reach, chains.xy[own].max(axis=0) + reach
     with np.errstate(invalid="ignore"):
         seen &= ((np.maximum(one, two) >= low) & (np.minimum(one, two) <= high)).all(axis=1)
     steps, one, two = steps[seen], one[seen], two[seen]
-    reach = gate * np.hypot(1.0, WIDEST) * float(chains.sigma[own].max())
     radius = (0.5 + BEYOND) * np.linalg.norm(two - one, axis=1) + reach
     found = cKDTree(chains.xy[own]).query_ball_point(0.5 * (one + two), radius)
     count = np.array([len(each) for each in found], dtype=np.int64)
@@ -78,8 +85,8 @@ def _near_steps(
 def _fitting(
     views: Views, chains: TracedChains, point: IntArray, step: IntArray, xyz: FloatArray,
     dispersion: FloatArray, gate: float, direction_tolerance: float,
-) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:  # fmt: skip
-    """Of pairs of a point and a step those that fit: point, step, fraction of the step, z."""
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray, FloatArray]:  # fmt: skip
+    """Of pairs of a point and a step those that fit: point, step, fraction of the step, z, distance from the step."""
     image = chains.image[point]
     one = views.project(image, xyz[step])
     two = views.project(image, xyz[step + 1])
@@ -103,7 +110,8 @@ def _fitting(
     good = (np.abs(z) < gate) & (fraction > -BEYOND) & (fraction < 1.0 + BEYOND)
     good &= turned < direction_tolerance + gate * chains.tangent_sigma[point]
     rows = np.flatnonzero(good)
-    return point[rows], step[rows], t[rows], z[rows]
+    apart = np.hypot(distance, (fraction - t) * length)
+    return point[rows], step[rows], t[rows], z[rows], apart[rows]
 
 
 def _in_rows(chains: TracedChains, links: Links) -> Links:

@@ -29,7 +29,9 @@ def one_chain_an_image(chains: TracedChains, links: Links) -> Links:
     begin = np.append(first, len(links))
     keep = np.ones(len(links), dtype=bool)
     order = np.lexsort((square / np.sqrt(size), image, fragment))
-    border = np.flatnonzero((np.diff(fragment[order], prepend=-1) != 0) | (np.diff(image[order], prepend=-1) != 0))
+    border = np.flatnonzero(
+        (np.diff(fragment[order], prepend=-1) != 0) | (np.diff(image[order], prepend=-1) != 0)
+    )
     for rival in np.split(order, border[1:]):
         for number, loser in enumerate(rival[1:], start=1):
             own = np.arange(begin[loser], begin[loser + 1])

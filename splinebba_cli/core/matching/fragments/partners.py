@@ -19,9 +19,7 @@ LARGE_ANGLE_RAD = np.radians(40.0)  # above: other sides of things
 LEAST_OVERLAP = 0.05
 
 
-def partner_images(
-    views: Views, chains: TracedChains, frames: Frames, scene: SceneDepths
-) -> list[IntArray]:
+def partner_images(views: Views, chains: TracedChains, frames: Frames, scene: SceneDepths) -> list[IntArray]:
     """Partners of every image, best first; one array an image."""
     out = [np.zeros(0, dtype=np.int64) for _ in views.position]
     images = np.unique(chains.image)

@@ -51,7 +51,9 @@ def runs_of(chains: TracedChains, labels: LabelledPoints) -> Runs:
         else:
             kept_first.append(a)
             kept_last.append(b)
-    return Runs(np.array(kept_first, dtype=np.int64), np.array(kept_last, dtype=np.int64) + 1, depth, sigma, bridged)
+    return Runs(
+        np.array(kept_first, dtype=np.int64), np.array(kept_last, dtype=np.int64) + 1, depth, sigma, bridged
+    )
 
 
 def _linked_pieces(chains: TracedChains, labels: LabelledPoints) -> list[IntArray]:

@@ -22,8 +22,12 @@ MARGIN = 0.03  # of the depth, at least, on either side of known points
 SAMPLES = 64  # chain points that stand for their image
 LEAST_SIGHT = 0.05  # of the samples that another image must see at a depth
 TRIALS = 400  # chain points of an image that are tried over the whole depth
-AGREEING = 20  # of them that must find an agreed depth
-TAIL = 0.05  # of agreed depths that may be chance, at either end
+BELTS = 256  # of inverse depth, in which agreed depths are counted
+CHANCE = 4.0  # sigma above the usual count, from which a belt holds more than chance
+FEWEST = 8  # agreed depths in a belt that can be more than chance
+APART = 5  # belts between groups
+SMALL_GROUP = 0.1  # of the excess of the largest group
+DENSE = 2.0  # crossings of a point with the chains of one image, from which depths are narrowed
 
 
 @dataclass(frozen=True)
@@ -31,12 +35,8 @@ class SceneDepths:
     """Least and largest depth in every image, in the unit of :class:`Views`; NaN: the image sees nothing in common."""
 
     limits: FloatArray  # (m, 2)
+    middle: FloatArray  # (m,) where most objects lie
     known: BoolArray  # (m,) from object points, else from the frames
-
-    @property
-    def middle(self) -> FloatArray:
-        """Geometric mean of the limits, (m,)."""
-        return np.asarray(np.sqrt(self.limits[:, 0] * self.limits[:, 1]))
 
 
 def plausible_depths(
@@ -50,7 +50,9 @@ def plausible_depths(
     """
     limits = np.full((len(views.position), 2), np.nan)
     known = np.zeros(len(views.position), dtype=bool)
-    curves = [curve.values for curve in network.curves if curve.family not in ("fourier", "conic", "polynomial")]
+    curves = [
+        curve.values for curve in network.curves if curve.family not in ("fourier", "conic", "polynomial")
+    ]
     knots = np.vstack([np.zeros((0, 3)), *curves])
     seen = network.point_observations
     for k in np.unique(chains.image):
@@ -65,14 +67,14 @@ def plausible_depths(
             limits[k] = max(least - margin, 0.2 * least), most + margin
         else:
             limits[k] = _common_depths(views, chains, frames, int(k))
-    return SceneDepths(limits, known)
+    return SceneDepths(limits, np.sqrt(limits[:, 0] * limits[:, 1]), known)
 
 
 def narrowed(
     views: Views, chains: TracedChains, scene: SceneDepths, partners: list[IntArray], gate: float
 ) -> SceneDepths:
     """Depths with those that came from the frames narrowed to where chains of three images agree."""
-    limits = scene.limits.copy()
+    limits, middle = scene.limits.copy(), scene.middle.copy()
     for k in np.unique(chains.image):
         if scene.known[k] or len(partners[k]) < 2:
             continue
@@ -81,14 +83,37 @@ def narrowed(
         if not len(found):
             continue
         agreed = agreed_depths(found, partners[k], scene.limits[k], gate)
-        _, best = np.unique(agreed.point, return_index=True)
-        most = (agreed.member[best] >= 0).sum(axis=1)
-        depth = agreed.depth[best[most >= max(2, int(most.max()) // 2)]]
-        if len(depth) >= AGREEING:
-            low, high = np.quantile(depth, [TAIL, 1.0 - TAIL])
+        three = (agreed.member >= 0).sum(axis=1) >= 2
+        low, most, high = _crowded(agreed.depth[three], scene.limits[k])
+        if np.isfinite(most):
+            middle[k] = most
+        if np.isfinite(most) and len(found) > DENSE * len(points) * len(partners[k]):
             margin = max(high - low, MARGIN * high)
             limits[k] = max(low - margin, limits[k, 0]), min(high + margin, limits[k, 1])
-    return SceneDepths(limits, scene.known)
+    return SceneDepths(limits, middle, scene.known)
+
+
+def _crowded(depth: FloatArray, limits: FloatArray) -> tuple[float, float, float]:
+    """Depths between which agreement is no chance, least, most frequent and largest; NaN: nowhere.
+
+    Chance agreement spreads evenly over inverse depth.  A belt counts together with its neighbours on either side;
+    small groups of belts far from the others are chance all the same.
+    """
+    edges = np.linspace(1.0 / limits[1], 1.0 / limits[0], BELTS + 1)
+    count = np.convolve(np.histogram(1.0 / depth, edges)[0], np.ones(3), mode="same")
+    usual = float(np.median(count))
+    full = np.flatnonzero(count >= max(usual + CHANCE * np.sqrt(usual), FEWEST))
+    if not len(full):
+        return np.nan, np.nan, np.nan
+    group = np.cumsum(np.diff(full, prepend=full[0]) > APART)
+    excess = np.bincount(group, count[full] - usual)
+    full = full[excess[group] >= SMALL_GROUP * excess.max()]
+    most = int(full[np.argmax(count[full])])
+    return (
+        1.0 / float(edges[full[-1] + 1]),
+        2.0 / float(edges[most] + edges[most + 1]),
+        1.0 / float(edges[full[0]]),
+    )
 
 
 def _common_depths(views: Views, chains: TracedChains, frames: Frames, image: int) -> FloatArray:
@@ -98,7 +123,9 @@ def _common_depths(views: Views, chains: TracedChains, frames: Frames, image: in
     if not len(base) or base.max() <= 0.0:
         return np.full(2, np.nan)
     samples = _spread(np.flatnonzero(chains.image == image), SAMPLES)
-    depth = np.geomspace(0.3 * base[base > 0.0].min(), 30.0 * base.max(), 60) / views.principal_distance[image]
+    depth = (
+        np.geomspace(0.3 * base[base > 0.0].min(), 30.0 * base.max(), 60) / views.principal_distance[image]
+    )
     xyz = (views.position[image] + depth[:, None, None] * chains.ray[samples]).reshape(-1, 3)
     seen = np.zeros(len(xyz), dtype=bool)
     for j in others:

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from splinebba_cli.core.matching.fragments.explained_points import ExplainedPoints
 from splinebba_cli.core.matching.fragments.labelled_points import LabelledPoints
 from splinebba_cli.core.matching.fragments.runs import Runs
 from splinebba_cli.core.matching.fragments.traced_chains import TracedChains
-from splinebba_cli.core.network import BoolArray, IntArray
+from splinebba_cli.core.network import BoolArray
 
 LEAST_PLACES = 4  # that a third image confirms
 LEAST_PLACES_OF_TWO = 8  # of a fragment that only two images see
@@ -39,29 +40,26 @@ def selected_stretches(
     ----------
     two_images : (n,) points whose depth may rest on two images alone
     """
-    begin = np.searchsorted(labels.link_point, np.arange(len(chains) + 1))
-    links = np.diff(begin)
+    links = np.bincount(labels.link_point, minlength=len(chains))
     worth = np.concatenate([[0], np.cumsum(np.where(links > 1, links, 0))])
     order = np.argsort(-(worth[runs.last] - worth[runs.first]), kind="stable")
-    taken = np.zeros(len(chains), dtype=bool)
-    nearest = np.rint(labels.link_place).astype(np.int64)
+    explained = ExplainedPoints(chains, labels)
     out = []
     for k in order:
         first, last = int(runs.first[k]), int(runs.last[k])
-        rows = slice(begin[first], begin[last])
-        free = ~taken[nearest[rows]]
-        support = np.bincount(labels.link_point[rows][free] - first, minlength=last - first)
-        own = ~taken[first:last]
-        for a, b in _stretches(own & (support > 0) | own & runs.bridged[first:last]):
+        support = explained.free_links(first, last)
+        free = ~explained.taken[first:last]
+        for a, b in _stretches(free & ((support > 0) | runs.bridged[first:last])):
             confirmed = support[a:b] > 1
             alone = two_images[first + a : first + b].all() and b - a >= LEAST_PLACES_OF_TWO
             if confirmed.sum() < LEAST_PLACES and not alone:
                 continue
             if not alone:
-                a, b = _held(_beside_confirmed(chains, labels, begin, first + a, confirmed), confirmed, a)
-            a, b = max(a - OVERLAP, 0), min(b + OVERLAP, last - first)
-            out.append(Stretch(first + a, first + b))
-            _take(chains, labels, begin, first + a, first + b, taken)
+                beside = _beside_confirmed(chains, labels, explained, first + a, confirmed)
+                a, b = _held(beside, confirmed, a)
+            stretch = Stretch(first + max(a - OVERLAP, 0), min(first + b + OVERLAP, last))
+            out.append(stretch)
+            explained.take(stretch.first, stretch.last)
     return out
 
 
@@ -84,31 +82,17 @@ def _held(beside: BoolArray, confirmed: BoolArray, offset: int) -> tuple[int, in
 
 
 def _beside_confirmed(
-    chains: TracedChains, labels: LabelledPoints, begin: IntArray, first: int, confirmed: BoolArray
+    chains: TracedChains, labels: LabelledPoints, explained: ExplainedPoints, first: int, confirmed: BoolArray
 ) -> BoolArray:
-    """Places that three images see, and those of two that stay on a chain of them."""
-    piece = chains.piece[labels.link_place.astype(np.int64)]
-    count = len(confirmed)
-    known = np.unique(
-        np.concatenate([piece[begin[first + k] : begin[first + k + 1]] for k in np.flatnonzero(confirmed)])
-    )
-    rows = slice(begin[first], begin[first + count])
-    beside = np.bincount(labels.link_point[rows] - first, np.isin(piece[rows], known), minlength=count) > 0
+    """Places that three images see, and those of two that stay on a chain of them.
+
+    Parameters
+    ----------
+    first : chain point of the first place
+    confirmed : (k,) places that three images see
+    """
+    rows = explained.links(first, first + len(confirmed))
+    piece = chains.piece[labels.link_place[rows].astype(np.int64)]
+    place = labels.link_point[rows] - first
+    beside = np.bincount(place, np.isin(piece, piece[confirmed[place]]), minlength=len(confirmed)) > 0
     return np.asarray(confirmed | beside)
-
-
-def _take(
-    chains: TracedChains, labels: LabelledPoints, begin: IntArray, first: int, last: int, taken: BoolArray
-) -> None:
-    """Mark the points of a stretch and those between its links as explained."""
-    taken[first:last] = True
-    place = labels.link_place[begin[first] : begin[last]]
-    piece = chains.piece[place.astype(np.int64)]
-    order = np.argsort(piece, kind="stable")
-    piece, place = piece[order], place[order]
-    new = np.flatnonzero(np.diff(piece, prepend=-1))
-    if not len(new):
-        return
-    low, high = np.minimum.reduceat(place, new), np.maximum.reduceat(place, new)
-    for a, b in zip(np.floor(low).astype(np.int64), np.ceil(high).astype(np.int64), strict=True):
-        taken[a : b + 1] = True

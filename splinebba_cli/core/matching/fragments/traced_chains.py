@@ -51,8 +51,18 @@ class TracedChains:
         return np.flatnonzero(self.piece[1:] == self.piece[:-1])
 
     @classmethod
-    def of(cls, network: Network, views: Views, rows: IntArray) -> TracedChains:
-        """Pieces of the chains among some unlabelled points; single points and images without orientation are left out."""
+    def of(
+        cls, network: Network, views: Views, rows: IntArray, orientation_sigma_mm: float = 0.0
+    ) -> TracedChains:
+        """Pieces of the chains among some unlabelled points.
+
+        Single points and images without orientation are left out.
+
+        Parameters
+        ----------
+        rows : (q,) unlabelled points
+        orientation_sigma_mm : what uncertain orientations add to the noise of a point
+        """
         points = network.unlabelled
         use = (points.chain[rows] >= 0) & views.oriented[points.image[rows]]
         if points.excluded is not None:
@@ -78,7 +88,9 @@ class TracedChains:
             arc=along - along[start[:-1]][piece] if len(piece) else along,
             tangent=tangent,
             tangent_sigma=np.hypot(tangent_sigma, DIRECTION_FLOOR_RAD),
-            sigma=np.sqrt(np.einsum("ni,nij,nj->n", normal, covariance, normal)),
+            sigma=np.hypot(
+                orientation_sigma_mm, np.sqrt(np.einsum("ni,nij,nj->n", normal, covariance, normal))
+            ),
             ray=views.rays(own.image, rays.xy),
         )
 
@@ -91,9 +103,11 @@ def _pieces(image: IntArray, chain: IntArray, xy: FloatArray, sigma: FloatArray)
     group = np.concatenate([[0], np.cumsum(~same)])
     step = np.diff(xy, axis=0)
     length = np.linalg.norm(step, axis=1)
-    cut = ~same | (length > JUMP * _ninth_decile(group[1:][same], length[same], int(group[-1]) + 1)[group[1:]])
+    cut = ~same | (
+        length > JUMP * _ninth_decile(group[1:][same], length[same], int(group[-1]) + 1)[group[1:]]
+    )
     moves = length > STANDING * sigma[1:]
-    back = np.sum(step[1:] * step[:-1], axis=1) < 0.0
+    back = (np.sum(step[1:] * step[:-1], axis=1) < 0.0) & same[1:] & same[:-1]
     cut[1:] |= back & moves[1:] & moves[:-1]
     return np.concatenate([[0], np.cumsum(cut)])
 
@@ -120,7 +134,9 @@ def _directions(piece: IntArray, xy: FloatArray, sigma: FloatArray) -> tuple[Flo
     kept = inside & (smooth[near] == smooth[:, None])
     alone = kept.sum(axis=1) < 2
     kept[alone] = inside[alone] & (np.abs(offset) <= 1)
-    tangent = np.einsum("nk,nkd->nd", _slope_weights(kept, offset), xy[near])
+    number = np.broadcast_to(offset.astype(float), kept.shape)
+    weight = np.where(kept, number - _masked_mean(number, kept), 0.0)
+    tangent = np.einsum("nk,nkd->nd", weight, xy[near])
     length = np.linalg.norm(tangent, axis=1)
     ok = length > 0.0
     unit = np.where(ok[:, None], tangent / np.where(ok, length, 1.0)[:, None], [1.0, 0.0])
@@ -128,13 +144,6 @@ def _directions(piece: IntArray, xy: FloatArray, sigma: FloatArray) -> tuple[Flo
     centred = np.where(kept, along - _masked_mean(along, kept), 0.0)
     spread = np.sqrt(np.sum(centred**2, axis=1))
     return unit, np.where(spread > 0.0, sigma / np.where(spread > 0.0, spread, 1.0), np.pi)
-
-
-def _slope_weights(kept: BoolArray, offset: IntArray) -> FloatArray:
-    """Weights that give the slope of a line through the kept neighbours over their number, (n, k)."""
-    number = np.broadcast_to(offset.astype(float), kept.shape)
-    centred = np.where(kept, number - _masked_mean(number, kept), 0.0)
-    return centred
 
 
 def _masked_mean(value: FloatArray, kept: BoolArray) -> FloatArray:

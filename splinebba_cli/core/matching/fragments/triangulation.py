@@ -67,15 +67,9 @@ def triangulated(
     return xyz, np.linalg.inv(information)
 
 
-def largest_across(dispersion: FloatArray, along: FloatArray) -> FloatArray:
-    """Largest sigma across unit directions, (k,) metres."""
+def sigmas_across(dispersion: FloatArray, along: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Smallest and largest sigma across unit directions, (k,) metres each."""
     across = np.eye(3) - along[:, :, None] * along[:, None, :]
-    turned = np.matmul(across, np.matmul(dispersion, across))
-    return np.asarray(np.sqrt(np.maximum(np.linalg.eigvalsh(turned)[:, -1], 0.0)))
-
-
-def smallest_across(dispersion: FloatArray, along: FloatArray) -> FloatArray:
-    """Smallest sigma across unit directions, (k,) metres."""
-    across = np.eye(3) - along[:, :, None] * along[:, None, :]
-    turned = np.matmul(across, np.matmul(dispersion, across))
-    return np.asarray(np.sqrt(np.maximum(np.linalg.eigvalsh(turned)[:, 1], 0.0)))
+    value = np.linalg.eigvalsh(np.matmul(across, np.matmul(dispersion, across)))
+    sigma = np.sqrt(np.maximum(value, 0.0))
+    return sigma[:, 1], sigma[:, 2]

@@ -15,9 +15,7 @@ from splinebba_cli.core.network import BoolArray, FloatArray
 SAMPLES = 7  # places of a fragment that are looked at
 
 
-def seeing_share(
-    views: Views, frames: Frames, xyz: FloatArray, seen: BoolArray
-) -> float:
+def seeing_share(views: Views, frames: Frames, xyz: FloatArray, seen: BoolArray) -> float:
     """Share of the images that see a fragment among those that should.
 
     Parameters
@@ -33,16 +31,14 @@ def seeing_share(
     mean = mean / np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
     cosine = np.einsum("kmi,ki->km", direction, mean)
     widest = np.where(seen, cosine, 1.0).min(axis=1)
-    between = ~seen & (cosine >= widest[:, None]) & seen.any(axis=1)[:, None]
+    between = ~seen & (cosine >= widest[:, None]) & (seen.sum(axis=1) > 0)[:, None]
     place, image = np.nonzero(between)
     missing = int(frames.shows(views, image, xyz[place]).sum())
     found = int(seen.sum())
     return found / (found + missing) if found else 0.0
 
 
-def third_image_possible(
-    views: Views, frames: Frames, xyz: FloatArray, pair: BoolArray
-) -> BoolArray:
+def third_image_possible(views: Views, frames: Frames, xyz: FloatArray, pair: BoolArray) -> BoolArray:
     """Places that the frame of an image beside a pair holds, (k,).
 
     Parameters
