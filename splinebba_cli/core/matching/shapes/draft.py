@@ -24,7 +24,7 @@ from splinebba_cli.core.network import (
     Tangents,
     select_rows,
 )
-from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
+from splinebba_cli.core.observations.coefficient_rows import CoefficientRows, concatenate_rows, gauge_rows
 from splinebba_cli.core.observations.curve_points import CurveRows, linearize_curve_points
 from splinebba_cli.core.observations.location_search import search_locations
 from splinebba_cli.core.observations.locations import held_locations
@@ -59,6 +59,10 @@ class Draft:
         return linearize_curve_points(
             self.prepared, self.state, held_locations(self.prepared, self.state.location)
         )
+
+    def holding_rows(self) -> CoefficientRows:
+        """Equations that hold knots along the curves and, weakly, where they are."""
+        return _assembler(self.prepared).coefficient_rows
 
     def coefficients_of(self, curve: int) -> FloatArray:
         """Present coefficients of one curve, (m, 3)."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -23,9 +24,10 @@ def end_to_end(strands: list[Strand], ring: bool) -> Strand:
             replace(strand, location=strand.location + shift, link_location=strand.link_location + shift)
         )
         at += strand.length
+    joined: dict[str, Any] = {name: np.concatenate([getattr(s, name) for s in shifted]) for name in _ARRAYS}
     whole = replace(
         shifted[0],
-        **{name: np.concatenate([getattr(s, name) for s in shifted]) for name in _ARRAYS},
+        **joined,
         period=at + float(np.linalg.norm(strands[0].line[0] - strands[-1].line[-1])) if ring else 0.0,
     )
     kept = np.unique(whole.link_row, return_index=True)[1]

@@ -29,7 +29,7 @@ def extended(draft: Draft) -> Draft:
         if curve.closed or not np.isfinite(step):
             curves.append(curve)
         else:
-            curves.append(_on_domain(curve, basis, draft.coefficients_of(k), low - step, high + step))
+            curves.append(on_domain(curve, basis, draft.coefficients_of(k), low - step, high + step))
     return with_curves(draft, tuple(curves))
 
 
@@ -44,7 +44,7 @@ def cut_back(draft: Draft) -> Draft:
             curves.append(curve)
             continue
         keep &= ~own | (draft.state.location >= extent[0]) & (draft.state.location <= extent[1])
-        curves.append(_on_domain(curve, basis, draft.coefficients_of(k), *extent))
+        curves.append(on_domain(curve, basis, draft.coefficients_of(k), *extent))
     return with_curves(draft.with_links(keep), tuple(curves))
 
 
@@ -72,7 +72,7 @@ def point_spacing(draft: Draft) -> FloatArray:
     return found
 
 
-def _on_domain(curve: Curve, basis: CurveBasis, coefficients: FloatArray, low: float, high: float) -> Curve:
+def on_domain(curve: Curve, basis: CurveBasis, coefficients: FloatArray, low: float, high: float) -> Curve:
     """An open natural spline that begins and ends elsewhere."""
     breaks = basis.break_points
     least = SHORTEST * (high - low) / max(len(breaks) - 1, 1)

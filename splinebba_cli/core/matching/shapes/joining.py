@@ -2,9 +2,9 @@
 
     chain       a chain of an image goes on from the end of the one to the begin of the other: it shows that the edge
                 does, also where it is the only one that sees the gap
-    geometry    both ends, carried on straight to the middle of the gap, meet there: with g the gap and D the dispersions
-                of the ends, |F'(difference)| is tested against F'(D_a + D_b)F + (g SAG)^2 I; the gap is short against
-                both strands, and no other end fits as well
+    geometry    both ends, carried on straight to the middle of the gap, meet there: with g the gap and D the
+                dispersions of the ends, F'(difference) is tested against F'(D_a + D_b)F + (g SAG)^2 I; the gap is
+                short against both strands, and no other end fits as well
 
 An end is joined once, the surest first.  Corners are not crossed: each side is a curve of its own.  A spline with a
 corner could be adjusted, but its knots not be re-spaced, and few knots on long straight sides slide for ever.

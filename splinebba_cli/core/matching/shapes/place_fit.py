@@ -120,9 +120,10 @@ def normal_frames(tangent: FloatArray) -> FloatArray:
     still = np.sum(tangent * tangent, axis=1) == 0.0
     tangent = np.where(still[:, None], [1.0, 0.0, 0.0], tangent)
     axis = np.eye(3)[np.argmin(np.abs(tangent), axis=1)]
-    first = np.cross(tangent, axis)
+    first: FloatArray = np.cross(tangent, axis)
     first /= np.maximum(np.linalg.norm(first, axis=1, keepdims=True), 1e-300)
-    return np.asarray(np.stack([first, np.cross(tangent, first)], axis=2), dtype=np.float64)
+    second: FloatArray = np.cross(tangent, first)
+    return np.stack([first, second], axis=2)
 
 
 def _first_knots(places: Places) -> FloatArray:
