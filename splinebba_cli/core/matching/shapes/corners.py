@@ -7,6 +7,8 @@ more, and at least half of those that show the place, have one.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from splinebba_cli.core.matching.fragments.fragment import Fragment
@@ -80,7 +82,7 @@ def _parts(fragment: Fragment, cuts: list[float]) -> list[Fragment]:
     bounds = [-np.inf, *cuts, np.inf]
     found = []
     place = np.arange(len(fragment))
-    for low, high in zip(bounds, bounds[1:], strict=False):
+    for low, high in pairwise(bounds):
         own = np.flatnonzero((place >= low) & (place <= high))
         if len(own) < FEWEST:
             continue

@@ -24,7 +24,7 @@ from splinebba_cli.core.network import (
     Tangents,
     select_rows,
 )
-from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
+from splinebba_cli.core.observations.coefficient_rows import CoefficientRows, concatenate_rows, gauge_rows
 from splinebba_cli.core.observations.curve_points import CurveRows, linearize_curve_points
 from splinebba_cli.core.observations.location_search import search_locations
 from splinebba_cli.core.observations.locations import held_locations
@@ -59,6 +59,10 @@ class Draft:
         return linearize_curve_points(
             self.prepared, self.state, held_locations(self.prepared, self.state.location)
         )
+
+    def holding_rows(self) -> CoefficientRows:
+        """Equations that hold knots along the curves and, weakly, where they are."""
+        return _assembler(self.prepared).coefficient_rows
 
     def coefficients_of(self, curve: int) -> FloatArray:
         """Present coefficients of one curve, (m, 3)."""
@@ -147,24 +151,12 @@ def with_curves(draft: Draft, curves: tuple[Curve, ...]) -> Draft:
 
 
 def _assembler(prepared: Prepared) -> Assembler:
-    """Equations of the curves alone: knots stay where they are along the curve, corners may move.
-
-    Metres along a new curve are its locations, and knots are inserted where they are needed: none has to slide.
-    """
+    """Equations of the curves alone: knots stay nearly where they are along the curve, others are inserted at need."""
     layout = layout_of(prepared).hold_images()
     free = tuple(replace(c, sigma=np.full(c.sigma.shape, np.inf)) for c in prepared.network.curves)
     unheld = replace(prepared, network=replace(prepared.network, curves=free))
     gauge = gauge_rows(unheld, layout.coefficient_mask, prepared.network.settings.gauge_sigma_m)
-    corners = np.concatenate([np.zeros(0, dtype=np.int64), *(
-        np.flatnonzero((gauge.curve == k) & np.isin(gauge.row, curve.breaks))
-        for k, curve in enumerate(prepared.network.curves) if curve.breaks
-    )]).astype(np.int64)  # fmt: skip
-    others = np.setdiff1d(np.arange(len(gauge)), corners)
-    rows = [
-        control_rows(prepared, layout.coefficient_mask),
-        gauge.select(others).with_sigma_times(SLIDING),
-        gauge.select(corners),
-    ]
+    rows = [control_rows(prepared, layout.coefficient_mask), gauge.with_sigma_times(SLIDING)]
     return Assembler(prepared, layout, concatenate_rows(rows, prepared.curves.support))
 
 
@@ -177,11 +169,10 @@ def _held(curves: tuple[Curve, ...]) -> tuple[Curve, ...]:
     return tuple(held)
 
 
-def curve_of_fit(fit: PlaceFit, id: str, corners: tuple[float, ...] = ()) -> Curve:
+def curve_of_fit(fit: PlaceFit, id: str) -> Curve:
     """A fitted spline as a tie curve whose knots are free."""
     knots, parameters = fit.knots, fit.basis.break_points.copy()
-    breaks = () if fit.basis.closed else tuple(int(k) for k in np.searchsorted(parameters, corners))
     return Curve(
         id, "tie", "natural_cubic", knots, np.full(knots.shape, np.inf),
-        closed=fit.basis.closed, knot_parameters=parameters, breaks=breaks,
+        closed=fit.basis.closed, knot_parameters=parameters,
     )  # fmt: skip

@@ -29,7 +29,7 @@ def extended(draft: Draft) -> Draft:
         if curve.closed or not np.isfinite(step):
             curves.append(curve)
         else:
-            curves.append(_on_domain(curve, basis, draft.coefficients_of(k), low - step, high + step))
+            curves.append(on_domain(curve, basis, draft.coefficients_of(k), low - step, high + step))
     return with_curves(draft, tuple(curves))
 
 
@@ -44,7 +44,7 @@ def cut_back(draft: Draft) -> Draft:
             curves.append(curve)
             continue
         keep &= ~own | (draft.state.location >= extent[0]) & (draft.state.location <= extent[1])
-        curves.append(_on_domain(curve, basis, draft.coefficients_of(k), *extent))
+        curves.append(on_domain(curve, basis, draft.coefficients_of(k), *extent))
     return with_curves(draft.with_links(keep), tuple(curves))
 
 
@@ -72,20 +72,16 @@ def point_spacing(draft: Draft) -> FloatArray:
     return found
 
 
-def _on_domain(curve: Curve, basis: CurveBasis, coefficients: FloatArray, low: float, high: float) -> Curve:
-    """An open natural spline that begins and ends elsewhere; corners inside stay."""
+def on_domain(curve: Curve, basis: CurveBasis, coefficients: FloatArray, low: float, high: float) -> Curve:
+    """An open natural spline that begins and ends elsewhere."""
     breaks = basis.break_points
-    corners = breaks[list(curve.breaks)]
     least = SHORTEST * (high - low) / max(len(breaks) - 1, 1)
     inner = breaks[(breaks > low + least) & (breaks < high - least)]
-    inner = np.union1d(inner, corners[(corners > low) & (corners < high)])
     parameters = np.concatenate([[low], inner, [high]])
     knots = _straight_on(basis, coefficients, parameters)
-    kept = corners[(corners > low) & (corners < high)]
     return replace(
-        curve, values=knots, sigma=np.full_like(knots, np.inf), knot_parameters=parameters,
-        breaks=tuple(int(k) for k in np.searchsorted(parameters, kept)), reference=None,
-    )  # fmt: skip
+        curve, values=knots, sigma=np.full_like(knots, np.inf), knot_parameters=parameters, reference=None
+    )
 
 
 def _straight_on(basis: CurveBasis, coefficients: FloatArray, u: FloatArray) -> FloatArray:

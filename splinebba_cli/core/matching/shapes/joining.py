@@ -1,39 +1,36 @@
 """Strands that follow each other on one edge joined across the gap between them.
 
     chain       a chain of an image goes on from the end of the one to the begin of the other: it shows that the edge
-                does, also where it is the only one that sees the gap, and where the edge turns
-    geometry    both ends, carried on straight to the middle of the gap, meet there: with g the gap and D the dispersions
-                of the ends, |F'(difference)| is tested against F'(D_a + D_b)F + (g SAG)^2 I; the gap is short against
-                both strands, and no other end fits as well
+                does, also where it is the only one that sees the gap
+    geometry    both ends, carried on straight to the middle of the gap, meet there: with g the gap and D the
+                dispersions of the ends, F'(difference) is tested against F'(D_a + D_b)F + (g SAG)^2 I; the gap is
+                short against both strands, and no other end fits as well
 
-An end is joined once, the surest first.
+An end is joined once, the surest first.  Corners are not crossed: each side is a curve of its own.  A spline with a
+corner could be adjusted, but its knots not be re-spaced, and few knots on long straight sides slide for ever.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import cKDTree
 from scipy.stats import chi2
 
-from splinebba_cli.core.matching.shapes.merging import refitted
-from splinebba_cli.core.matching.shapes.place_fit import normal_frames
+from splinebba_cli.core.matching.shapes.end_to_end import end_to_end
 from splinebba_cli.core.matching.shapes.strand import Strand
+from splinebba_cli.core.matching.shapes.strand_ends import LEVER, StrandEnds, meeting, runs_on
 from splinebba_cli.core.network import FloatArray, IntArray
 
-SAG = 0.1  # sigma of the bend in a gap, of its length
 SHORT = 0.3  # gaps without a chain across, of the length of the shorter strand
 SHORT_WITH_CHAIN = 1.0  # gaps that a chain crosses, of the length of both strands together
 MEETS = float(chi2.ppf(0.99, 2))
-STRAIGHT_ON = float(np.cos(np.radians(35.0)))
-CORNER = float(np.cos(np.radians(40.0)))  # of directions at a joint: a break
-TURNED_BACK = -0.9  # cosine of directions from which two corners are taken as one
+CORNER = float(np.cos(np.radians(40.0)))  # a chain that turns more goes around a corner, where curves end
 CLEARLY_BETTER = 3.0  # times the statistic: another end that fits nearly as well leaves the joint open
 SURELY_MEETS = float(chi2.ppf(0.9, 2))
 STRAIGHT = float(np.cos(np.radians(10.0)))
 NEAR_END = 0.25  # of a strand
-LEVER = 5  # places that give the direction of an end
 
 
 @dataclass(frozen=True)
@@ -45,34 +42,6 @@ class Joint:
     chains: int  # chains across the gap
     statistic: float
     gap: float  # metres
-
-
-@dataclass(frozen=True)
-class _Ends:
-    """Ends of all strands, two each, (2 n, ...)."""
-
-    xyz: FloatArray
-    outward: FloatArray  # (2 n, 3) unit
-    dispersion: FloatArray
-    spacing: FloatArray
-    length: FloatArray  # of the strand
-
-    @classmethod
-    def of(cls, strands: list[Strand]) -> _Ends:
-        xyz, outward, dispersion, spacing, length = [], [], [], [], []
-        for strand in strands:
-            for end, sign in ((0, 1.0), (-1, -1.0)):
-                back = strand.location[end] + sign * LEVER * strand.spacing
-                inner = int(np.argmin(np.abs(strand.location - back)))
-                step = strand.line[end] - strand.line[inner]
-                xyz.append(strand.line[end])
-                outward.append(step / max(float(np.linalg.norm(step)), 1e-300))
-                dispersion.append(strand.dispersion[end])
-                spacing.append(strand.spacing)
-                length.append(strand.length)
-        return cls(
-            np.array(xyz), np.array(outward), np.array(dispersion), np.array(spacing), np.array(length)
-        )
 
 
 def joined_strands(strands: list[Strand], chain: IntArray, image: IntArray) -> list[Strand]:
@@ -92,23 +61,25 @@ def joined_strands(strands: list[Strand], chain: IntArray, image: IntArray) -> l
             path, ring = _path(k, links)
             done.update(number for number, _ in path)
             found.append(
-                _end_to_end([strands[n] if forward else strands[n].reversed() for n, forward in path], ring)
+                end_to_end([strands[n] if forward else strands[n].reversed() for n, forward in path], ring)
             )
     return found
 
 
 def joints_of(strands: list[Strand], chain: IntArray, image: IntArray) -> list[Joint]:
     """Ends that belong together, each end once, the surest first."""
-    ends = _Ends.of(strands)
+    ends = StrandEnds.of(strands)
     crossing = _chain_joints(strands, chain)
     seen = [_images_near_end(strand, end, image) for strand in strands for end in (0, 1)]
     joints = []
     for (a, b), chains in crossing.items():
         gap = float(np.linalg.norm(ends.xyz[a] - ends.xyz[b]))
+        if -float(ends.outward[a] @ ends.outward[b]) < CORNER:
+            continue
         if a == b or gap > SHORT_WITH_CHAIN * (ends.length[a] + ends.length[b]):
             continue
         if len(chains) >= len((seen[a] & seen[b]) - {int(image[row]) for row in chains.values()}):
-            joints.append(Joint(divmod(a, 2), divmod(b, 2), len(chains), _meeting(ends, a, b), gap))
+            joints.append(Joint(divmod(a, 2), divmod(b, 2), len(chains), meeting(ends, a, b), gap))
     for joint in _near_joints(strands, ends):
         a, b = key = joint_key(joint)
         two_ends = len(seen[a] & seen[b]) >= 2
@@ -126,7 +97,7 @@ def joints_of(strands: list[Strand], chain: IntArray, image: IntArray) -> list[J
     return kept
 
 
-def _doubtful(ends: _Ends, joint: Joint) -> bool:
+def _doubtful(ends: StrandEnds, joint: Joint) -> bool:
     """Whether a joint is not straight enough for ends at which the chains of two images or more end, too."""
     a, b = joint_key(joint)
     return joint.statistic > SURELY_MEETS or -float(ends.outward[a] @ ends.outward[b]) < STRAIGHT
@@ -145,7 +116,7 @@ def joint_key(joint: Joint) -> tuple[int, int]:
     return min(a, b), max(a, b)
 
 
-def _near_joints(strands: list[Strand], ends: _Ends) -> list[Joint]:
+def _near_joints(strands: list[Strand], ends: StrandEnds) -> list[Joint]:
     """Joints that geometry alone allows, without those that are not clearly the best of both ends."""
     reach = np.maximum(SHORT * ends.length, 2.0 * ends.spacing)
     tree = cKDTree(ends.xyz)
@@ -153,9 +124,9 @@ def _near_joints(strands: list[Strand], ends: _Ends) -> list[Joint]:
     for a, near in enumerate(tree.query_ball_point(ends.xyz, reach)):
         for b in near:
             gap = float(np.linalg.norm(ends.xyz[a] - ends.xyz[b]))
-            if b <= a or gap > reach[b] or not _runs_on(ends, a, b, gap):
+            if b <= a or gap > reach[b] or not runs_on(ends, a, b, gap):
                 continue
-            statistic = _meeting(ends, a, b)
+            statistic = meeting(ends, a, b)
             if statistic <= MEETS:
                 found[a, b] = statistic
     joints = []
@@ -170,32 +141,6 @@ def _near_joints(strands: list[Strand], ends: _Ends) -> list[Joint]:
 def _same_strand(strands: list[Strand], a: int, b: int) -> bool:
     """Ends of one strand that would close a ring too short to be one."""
     return a // 2 == b // 2 and len(strands[a // 2].location) < 4 * LEVER
-
-
-def _runs_on(ends: _Ends, a: int, b: int, gap: float) -> bool:
-    """Whether both ends point at each other and along the gap."""
-    if ends.outward[a] @ ends.outward[b] > -STRAIGHT_ON:
-        return False
-    if gap < 2.0 * max(ends.spacing[a], ends.spacing[b]):
-        return True
-    across = (ends.xyz[b] - ends.xyz[a]) / gap
-    return bool(ends.outward[a] @ across > STRAIGHT_ON and -(ends.outward[b] @ across) > STRAIGHT_ON)
-
-
-def _meeting(ends: _Ends, a: int, b: int) -> float:
-    """Squared distance of both ends carried on to the middle of the gap, over its dispersion."""
-    step = ends.xyz[b] - ends.xyz[a]
-    direction = ends.outward[a] - ends.outward[b]
-    direction = direction / max(float(np.linalg.norm(direction)), 1e-300)
-    half = 0.5 * float(step @ direction)
-    apart = (ends.xyz[a] + half * ends.outward[a]) - (ends.xyz[b] + half * ends.outward[b])
-    frame = normal_frames(direction[None])[0]
-    lever = LEVER * 0.5 * (ends.spacing[a] + ends.spacing[b])
-    growth = 1.0 + 2.0 * (half / lever) ** 2
-    inner = growth * frame.T @ (ends.dispersion[a] + ends.dispersion[b]) @ frame
-    inner += (SAG * half) ** 2 * np.eye(2)
-    d = frame.T @ apart
-    return float(d @ np.linalg.solve(inner, d))
 
 
 def _chain_joints(strands: list[Strand], chain: IntArray) -> dict[tuple[int, int], dict[int, int]]:
@@ -244,58 +189,3 @@ def _path(start: int, links: dict[tuple[int, int], tuple[int, int]]) -> tuple[li
             return path, True
         path.append((strand, forward))
     return path, False
-
-
-def _end_to_end(strands: list[Strand], ring: bool) -> Strand:
-    """Strands one after another as one."""
-    if len(strands) == 1 and not ring:
-        return strands[0]
-    shifted, corners, at = [], [], 0.0
-    for number, strand in enumerate(strands):
-        if number:
-            before, after = _steps_to_meet(strands[number - 1], strand)
-            if _turns(strands[number - 1], strand):
-                corners.append(at + before)
-            at += before + after
-        shift = at - float(strand.location[0])
-        corners += [c + shift for c in strand.corners]
-        shifted.append(
-            replace(strand, location=strand.location + shift, link_location=strand.link_location + shift)
-        )
-        at += strand.length
-    whole = replace(
-        shifted[0],
-        **{name: np.concatenate([getattr(s, name) for s in shifted]) for name in _ARRAYS},
-        corners=tuple(corners),
-        period=at + float(np.linalg.norm(strands[0].line[0] - strands[-1].line[-1])) if ring else 0.0,
-    )
-    kept = np.unique(whole.link_row, return_index=True)[1]
-    whole = replace(whole, link_row=whole.link_row[kept], link_location=whole.link_location[kept])
-    return refitted(whole, 1)
-
-
-_ARRAYS = (
-    "xyz", "line", "dispersion", "image_count", "weak", "location", "link_row", "link_location",
-)  # fmt: skip
-
-
-def _steps_to_meet(before: Strand, after: Strand) -> tuple[float, float]:
-    """Metres from both ends to where their straight continuations come closest; halves of the gap where they run alike."""
-    ends = _Ends.of([before, after])
-    step = ends.xyz[2] - ends.xyz[1]
-    gap = float(np.linalg.norm(step))
-    a, b = ends.outward[1], ends.outward[2]
-    cosine = float(a @ b)
-    if -cosine >= CORNER or -cosine <= TURNED_BACK:
-        return 0.5 * gap, 0.5 * gap
-    sine2 = 1.0 - cosine**2
-    s = float(step @ a - cosine * (step @ b)) / sine2 if sine2 > 1e-6 else 0.5 * gap
-    t = float(cosine * (step @ a) - step @ b) / sine2 if sine2 > 1e-6 else 0.5 * gap
-    least = -float(max(before.spacing, after.spacing))
-    return float(np.clip(s, least, 2.0 * gap - least)), float(np.clip(t, least, 2.0 * gap - least))
-
-
-def _turns(before: Strand, after: Strand) -> bool:
-    """Whether an edge turns sharply from one strand to the next."""
-    ends = _Ends.of([before, after])
-    return bool(-(ends.outward[1] @ ends.outward[2]) < CORNER)

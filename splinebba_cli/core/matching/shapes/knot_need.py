@@ -2,8 +2,9 @@
 
     |mean of NEIGHBOURS residuals of one image, one after another along the curve| sqrt(NEIGHBOURS) > tolerance
 
-in sigma asks for a knot in their segment (Lee 2008, 2.3.1: where the largest distance exceeds the threshold).  A knot has
-two directions across the curve; it stays if v'Pv falls by more than PRICE, what chance allows with probability 0.001.
+in sigma asks for a knot in their segment (Lee 2008, 2.3.1: where the largest distance exceeds the threshold).  A
+knot has two directions across the curve; it stays if v'Pv falls by more than PRICE, what chance allows with
+probability 0.001.
 """
 
 from __future__ import annotations
@@ -71,7 +72,9 @@ def wanted_knots(draft: Draft, tolerance: float, only: BoolArray, most: int | No
     found: list[FloatArray] = []
     for k in range(len(draft.curves)):
         start, stop = int(curves.segment_start[k]), int(curves.segment_start[k + 1])
-        chosen = start + np.flatnonzero(worst[start:stop] > tolerance) if only[k] else np.zeros(0, dtype=np.int64)
+        chosen = (
+            start + np.flatnonzero(worst[start:stop] > tolerance) if only[k] else np.zeros(0, dtype=np.int64)
+        )
         chosen = chosen[np.argsort(-worst[chosen], kind="stable")]
         new: list[float] = []
         for s in chosen.tolist():
@@ -83,7 +86,7 @@ def wanted_knots(draft: Draft, tolerance: float, only: BoolArray, most: int | No
 
 
 def running_means(draft: Draft, residual: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Means of neighbouring residuals of one image on one curve over their sigma, and the link in the middle of each."""
+    """Means of neighbouring residuals of one image on one curve over their sigma, and the links in their middle."""
     link = draft.links
     order = np.lexsort((draft.state.location, link.image, link.curve))
     key = link.curve[order] * (int(link.image.max(initial=0)) + 1) + link.image[order]
@@ -113,16 +116,15 @@ def _divided(draft: Draft, new: list[FloatArray]) -> tuple[Curve, ...]:
 
 
 def with_knots(curve: Curve, basis: CurveBasis, coefficients: FloatArray, new: FloatArray) -> Curve:
-    """A natural spline with more knots; corners stay where they are."""
+    """A natural spline with more knots."""
     if not len(new):
         return curve
     breaks = basis.break_points
     parameters = np.sort(np.concatenate([breaks, new]))
     knots = basis.evaluate(parameters[:-1] if basis.closed else parameters, coefficients)
-    corners = tuple(int(k) for k in np.searchsorted(parameters, breaks[list(curve.breaks)]))
     return replace(
-        curve, values=knots, sigma=np.full_like(knots, np.inf), knot_parameters=parameters, breaks=corners, reference=None
-    )  # fmt: skip
+        curve, values=knots, sigma=np.full_like(knots, np.inf), knot_parameters=parameters, reference=None
+    )
 
 
 def cheaper(draft: Draft, trial: Draft, better: BoolArray) -> Draft:

@@ -21,7 +21,11 @@ def without_idle_knots(draft: Draft) -> Draft:
     for _ in range(ROUNDS):
         curves, changed = [], np.zeros(len(draft.curves), dtype=bool)
         for k, curve in enumerate(draft.present_curves()):
-            less = _reduced(curve, draft.prepared.curves.bases[k], draft.coefficients_of(k)) if open_[k] else None
+            less = (
+                _reduced(curve, draft.prepared.curves.bases[k], draft.coefficients_of(k))
+                if open_[k]
+                else None
+            )
             curves.append(curve if less is None else less)
             changed[k] = less is not None
         if not changed.any():
@@ -35,7 +39,7 @@ def without_idle_knots(draft: Draft) -> Draft:
 
 def _reduced(curve: Curve, basis: CurveBasis, coefficients: FloatArray) -> Curve | None:
     """A curve without the inner knot that it would miss least; None where there is none."""
-    inner = [k for k in range(1, len(curve.values) - (0 if curve.closed else 1)) if k not in curve.breaks]
+    inner = list(range(1, len(curve.values) - (0 if curve.closed else 1)))
     if not inner or (curve.closed and len(curve.values) <= 4):
         return None
     moved = [_shift(curve, basis, coefficients, k) for k in inner]
@@ -45,14 +49,13 @@ def _reduced(curve: Curve, basis: CurveBasis, coefficients: FloatArray) -> Curve
 def _without(curve: Curve, knot: int) -> Curve:
     parameters = np.delete(np.asarray(curve.knot_parameters), knot)
     values = np.delete(curve.values, knot, axis=0)
-    breaks = tuple(b - (b > knot) for b in curve.breaks)
-    return replace(curve, values=values, sigma=np.full_like(values, np.inf), knot_parameters=parameters, breaks=breaks)
+    return replace(curve, values=values, sigma=np.full_like(values, np.inf), knot_parameters=parameters)
 
 
 def _shift(curve: Curve, basis: CurveBasis, coefficients: FloatArray, knot: int) -> float:
     """How far the curve moves at a knot when it is taken out."""
     less = _without(curve, knot)
-    other = natural_cubic_basis(np.asarray(less.knot_parameters), curve.closed, less.breaks)
+    other = natural_cubic_basis(np.asarray(less.knot_parameters), curve.closed)
     at = basis.break_points[[knot]]
     own = other.evaluate(at, other.coefficients_from_values(less.values))
     return float(np.linalg.norm(own - basis.evaluate(at, coefficients)))

@@ -29,6 +29,7 @@ class Gate:
 
     width: float  # sigma across
     direction_rad: float
+    refused: frozenset[tuple[int, int]] = frozenset()  # pairs of an unlabelled point and a curve
 
 
 def relinked(network: Network, draft: Draft, rows: IntArray, gate: Gate) -> Draft:
@@ -58,6 +59,9 @@ def links_to(
     tangent = np.arctan2(near.tangent[:, 1], near.tangent[:, 0])
     turn = np.abs((direction - tangent + 0.5 * np.pi) % np.pi - 0.5 * np.pi)
     allowed = (across <= gate.width) & (along <= BEYOND) & ~(turn > gate.direction_rad)
+    if gate.refused:
+        pairs = zip(near.point.tolist(), near.curve.tolist(), strict=True)
+        allowed &= np.array([pair not in gate.refused for pair in pairs], dtype=bool)
     own = np.flatnonzero(allowed)
     best = own[np.lexsort((across[own], near.curve[own], near.point[own]))]
     first = np.ones(len(best), dtype=bool)

@@ -1,7 +1,7 @@
 """The strands of one edge as a single one: order by location along the present line, fit, order again.
 
-The longest strand is the first line.  The others are laid along it, the one with the longest common stretch first; where
-they run beyond an end they make it longer.  What comes out is close to a principal curve of all places.
+The longest strand is the first line.  The others are laid along it, the one with the longest common stretch first;
+where they run beyond an end they make it longer.  What comes out is close to a principal curve of all places.
 
 References
 ----------
@@ -11,6 +11,7 @@ Hastie, T., Stuetzle, W. (1989): Principal curves. Journal of the American Stati
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -93,10 +94,13 @@ def _laid_along(present: Strand, other: Strand) -> Strand:
     location, link = carried(other.location), carried(other.link_location)
     if present.closed:
         low = present.location[0]
-        location, link = low + np.mod(location - low, present.period), low + np.mod(link - low, present.period)
+        location, link = (
+            low + np.mod(location - low, present.period),
+            low + np.mod(link - low, present.period),
+        )
     new = ~np.isin(other.link_row, present.link_row)
     order = np.argsort(np.concatenate([present.location, location]), kind="stable")
-    joined = {
+    joined: dict[str, Any] = {
         name: np.concatenate([getattr(present, name), getattr(other, name)])[order]
         for name in ("xyz", "line", "dispersion", "image_count", "weak")
     }

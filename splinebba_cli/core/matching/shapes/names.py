@@ -7,7 +7,8 @@ from collections.abc import Iterable
 
 def new_ids(count: int, given: Iterable[str]) -> tuple[str, ...]:
     """Free ids in ascending order."""
-    taken, found, number = set(given), [], 0
+    taken, number = set(given), 0
+    found: list[str] = []
     while len(found) < count:
         number += 1
         if f"new-{number}" not in taken:

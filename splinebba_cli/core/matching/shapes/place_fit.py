@@ -22,7 +22,7 @@ from scipy.sparse.linalg import splu
 
 from splinebba_cli.core.curves.basis import CurveBasis
 from splinebba_cli.core.curves.natural_cubic import natural_cubic_basis
-from splinebba_cli.core.network import FloatArray
+from splinebba_cli.core.network import FloatArray, IntArray
 
 ROBUST = 3.0  # sigma from which a place counts less
 SOLUTIONS = 4
@@ -32,7 +32,9 @@ SHORTEST = 2.0  # segments, in spacings of places
 INSERTIONS = 14
 RIDGE = 1e-9
 BEND = 5.0
-REACH = 2.0  # spacings by which a foot point may leave the first location of its place: a poor fit leads astray
+REACH = (
+    2.0  # spacings by which a foot point may leave the first location of its place: a poor fit leads astray
+)
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,6 @@ class Places:
     dispersion: FloatArray  # (n, 3, 3) m^2
     closed: bool = False
     period: float = 0.0  # length of a closed one
-    corners: tuple[float, ...] = ()  # locations at which an open curve is broken
     spacing: float = 0.0  # metres between neighbouring places of one image
 
     @property
@@ -93,10 +94,7 @@ def fit_places(places: Places, tolerance: float) -> PlaceFit:
 
 def fit_on_knots(places: Places, knots: FloatArray, location: FloatArray | None = None) -> PlaceFit:
     """The fit on given knot parameters (closed: with the end of the last segment)."""
-    breaks = tuple(
-        int(k) for k in np.searchsorted(knots, places.corners) if 0 < k < len(knots) - 1 and not places.closed
-    )
-    basis = natural_cubic_basis(knots, places.closed, breaks)
+    basis = natural_cubic_basis(knots, places.closed)
     u = places.location if location is None else location
     tangent = _polyline_tangents(places)
     weight = np.ones(len(u))
@@ -119,20 +117,20 @@ def lateral_weights(tangent: FloatArray, dispersion: FloatArray) -> FloatArray:
 
 def normal_frames(tangent: FloatArray) -> FloatArray:
     """Two orthonormal directions across unit tangents, (n, 3, 2)."""
-    still = ~(np.abs(tangent) > 0.0).any(axis=1)
+    still = np.sum(tangent * tangent, axis=1) == 0.0
     tangent = np.where(still[:, None], [1.0, 0.0, 0.0], tangent)
     axis = np.eye(3)[np.argmin(np.abs(tangent), axis=1)]
-    first = np.cross(tangent, axis)
+    first: FloatArray = np.cross(tangent, axis)
     first /= np.maximum(np.linalg.norm(first, axis=1, keepdims=True), 1e-300)
-    return np.stack([first, np.cross(tangent, first)], axis=2)
+    second: FloatArray = np.cross(tangent, first)
+    return np.stack([first, second], axis=2)
 
 
 def _first_knots(places: Places) -> FloatArray:
     low, high = float(places.location.min()), float(places.location.max())
     if places.closed:
         return low + places.period * np.arange(5) / 4.0
-    inner = [c for c in places.corners if low < c < high]
-    return np.unique([low, *inner, high])
+    return np.array([low, high])
 
 
 def _polyline_tangents(places: Places) -> FloatArray:
@@ -201,7 +199,11 @@ def _feet(
     basis: CurveBasis, coefficients: FloatArray, places: Places, u: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Foot points near the locations, (n,), and unit tangents there, (n, 3)."""
-    reach = REACH * places.spacing if places.spacing > 0.0 else 0.25 * float(np.median(np.diff(basis.break_points)))
+    reach = (
+        REACH * places.spacing
+        if places.spacing > 0.0
+        else 0.25 * float(np.median(np.diff(basis.break_points)))
+    )
     for _ in range(3):
         first = basis.evaluate(u, coefficients, 1)
         off = places.xyz - basis.evaluate(u, coefficients)
@@ -233,7 +235,7 @@ def _wanted_knots(places: Places, fit: PlaceFit, tolerance: float) -> FloatArray
     return np.array(new)
 
 
-def _local_distances(places: Places, fit: PlaceFit, order: np.ndarray) -> FloatArray:
+def _local_distances(places: Places, fit: PlaceFit, order: IntArray) -> FloatArray:
     """Distances of the mean of neighbouring places from the curve, in their sigma, in the order along, (n,)."""
     u = fit.location[order]
     off = fit.evaluate(u) - places.xyz[order]
@@ -243,4 +245,4 @@ def _local_distances(places: Places, fit: PlaceFit, order: np.ndarray) -> FloatA
     half = min(NEIGHBOURS * places.layers, len(u)) // 2
     window = np.clip(np.arange(len(u))[:, None] + np.arange(-half, half + 1), 0, len(u) - 1)
     local = np.median(off[window], axis=1)
-    return np.sqrt(np.einsum("ni,nij,nj->n", local, weight, local))
+    return np.asarray(np.sqrt(np.einsum("ni,nij,nj->n", local, weight, local)))

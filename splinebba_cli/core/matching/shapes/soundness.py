@@ -6,7 +6,6 @@ Locations of new curves are metres along them, so that |X'| is near 1 as long as
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -42,28 +41,28 @@ def with_supported_knots(draft: Draft) -> Draft:
     images = np.unique(np.stack([segment, links.image]), axis=1)[0]
     number[np.bincount(images, minlength=len(curves.left)) < 2] = 0
     changed = [
-        _reduced(curve, curves.bases[k], draft.coefficients_of(k), number[curves.segment_start[k] : curves.segment_start[k + 1]])
-        for k, curve in enumerate(draft.present_curves())
-    ]  # fmt: skip
+        _reduced(curve, basis, draft.coefficients_of(k), own)
+        for k, (curve, basis, own) in enumerate(
+            zip(
+                draft.present_curves(),
+                curves.bases,
+                np.split(number, curves.segment_start[1:-1]),
+                strict=True,
+            )
+        )
+    ]
     if all(new is old for new, old in zip(changed, draft.present_curves(), strict=True)):
         return draft
     return with_curves(draft, tuple(changed))
 
 
 def _reduced(curve: Curve, basis: CurveBasis, coefficients: FloatArray, number: IntArray) -> Curve:
-    """A curve with the supported ones of its knots; corners and ends stay."""
-    bounds = [0, *sorted(curve.breaks), len(number)]
-    keep = np.concatenate(
-        [first + supported_knots(number[first:stop], curve.closed, cut_ends=False) for first, stop in pairwise(bounds)]
-    )
-    keep = np.unique(keep)
+    """A curve with the supported ones of its knots; ends stay."""
+    keep = supported_knots(number, curve.closed, cut_ends=False)
     if len(keep) == len(curve.values):
         return curve
     parameters = basis.break_points[keep]
     if basis.closed:
         parameters = np.append(parameters, parameters[0] + basis.break_points[-1] - basis.break_points[0])
-    corners = tuple(int(k) for k in np.searchsorted(keep, np.array(curve.breaks, dtype=np.int64)))
     values = basis.evaluate(basis.break_points[keep], coefficients)
-    return replace(
-        curve, values=values, sigma=np.full_like(values, np.inf), knot_parameters=parameters, breaks=corners
-    )
+    return replace(curve, values=values, sigma=np.full_like(values, np.inf), knot_parameters=parameters)

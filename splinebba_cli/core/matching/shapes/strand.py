@@ -28,7 +28,6 @@ class Strand:
     weak : (k,) the images leave the depth open
     location : (k,) metres
     link_row, link_location : (q,) unlabelled points, each once, and where they are
-    corners : locations at which the strand turns sharply
     period : length of one turn of a closed strand, else 0
     spacing : metres between neighbouring places of one fragment
     """
@@ -41,7 +40,6 @@ class Strand:
     location: FloatArray
     link_row: IntArray
     link_location: FloatArray
-    corners: tuple[float, ...] = ()
     period: float = 0.0
     spacing: float = 0.0
 
@@ -64,7 +62,6 @@ class Strand:
             self.dispersion,
             self.closed,
             self.period,
-            self.corners,
             self.spacing,
         )
 
@@ -75,7 +72,7 @@ class Strand:
             self,
             xyz=self.xyz[back], line=self.line[back], dispersion=self.dispersion[back],
             image_count=self.image_count[back], weak=self.weak[back], location=-self.location[back],
-            link_location=-self.link_location, corners=tuple(-c for c in reversed(self.corners)),
+            link_location=-self.link_location,
         )  # fmt: skip
 
 
@@ -87,13 +84,13 @@ def strand_of(fragment: Fragment) -> Strand | None:
     if len(fragment) < 2 or location[-1] <= 0.0:
         return None
     spacing = float(np.median(np.diff(location)))
-    places = Places(location, fragment.xyz, fragment.dispersion, fragment.closed, period, (), spacing)
+    places = Places(location, fragment.xyz, fragment.dispersion, fragment.closed, period, spacing)
     fit = fit_places(places, SMOOTH_TOLERANCE)
     return on_fit(
         fit,
         Strand(
             fragment.xyz, fragment.xyz, fragment.dispersion, fragment.image_count, fragment.weak, location,
-            fragment.link_row, np.interp(fragment.link_place, np.arange(len(along)), along), (), period, spacing,
+            fragment.link_row, np.interp(fragment.link_place, np.arange(len(along)), along), period, spacing,
         ),
     )  # fmt: skip
 
@@ -118,7 +115,6 @@ def on_fit(fit: PlaceFit, strand: Strand) -> Strand:
         weak=strand.weak[order],
         location=location,
         link_location=carried(strand.link_location),
-        corners=tuple(float(c) for c in carried(np.array(strand.corners))),
         period=period,
     )
 
