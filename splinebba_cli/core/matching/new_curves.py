@@ -7,16 +7,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from splinebba_cli.core.matching.candidates import find_candidates
 from splinebba_cli.core.matching.fragments.build import build_fragments
 from splinebba_cli.core.matching.matches import BuiltCurve, Matches, Reason
+from splinebba_cli.core.matching.scene import Scene
 from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.core.matching.shapes.build import build_curves
-from splinebba_cli.core.network import Network
+from splinebba_cli.core.network import FloatArray, IntArray, Network
 from splinebba_cli.core.result import Problem
-from splinebba_cli.core.state import State
+from splinebba_cli.core.state import State, initial_coefficients, prepare
 
 _log = logging.getLogger(__name__)
 
+NEAR = 10.0  # sigma, within which distances are looked at
 NO_USE = (Reason.MATCHED, Reason.EXCLUDED, Reason.NOT_ORIENTED)
 
 
@@ -43,19 +46,38 @@ def with_new_curves(
     rows = np.flatnonzero(~np.isin(matches.reason, NO_USE))
     fragments = build_fragments(network, state.rotation, state.position, settings, rows, state.xyz)
     new = build_curves(network, state, fragments, settings, rows)
-    offset = len(network.curves)
-    linked = new.curve >= 0
     _log.info(
-        "%d curves built from %d fragments, %d points linked", len(new.curves), len(fragments), linked.sum()
-    )
+        "%d curves built from %d fragments, %d points linked",
+        len(new.curves), len(fragments), np.count_nonzero(new.curve >= 0),
+    )  # fmt: skip
+    curve = np.where(new.curve >= 0, len(network.curves) + new.curve, new.on_given)
+    linked = np.flatnonzero(curve >= 0)
+    wider = replace(network, curves=(*network.curves, *new.curves))
+    labelled = _relabelled(matches, linked, curve[linked], new.location[linked])
     return WithNewCurves(
-        network=replace(network, curves=(*network.curves, *new.curves)),
-        matches=replace(
-            matches,
-            curve=np.where(linked, offset + new.curve, matches.curve),
-            location=np.where(linked, new.location, matches.location),
-            reason=np.where(linked, int(Reason.MATCHED), matches.reason),
-        ),
-        built=tuple(replace(each, curve=offset + each.curve) for each in new.built),
+        network=wider,
+        matches=_with_distances(wider, state, labelled, linked),
+        built=tuple(replace(each, curve=len(network.curves) + each.curve) for each in new.built),
         problems=new.problems,
     )
+
+
+def _relabelled(matches: Matches, rows: IntArray, curve: IntArray, location: FloatArray) -> Matches:
+    """Matches with other labels of some points."""
+    labels, places, reason = matches.curve.copy(), matches.location.copy(), matches.reason.copy()
+    labels[rows], places[rows], reason[rows] = curve, location, int(Reason.MATCHED)
+    return replace(matches, curve=labels, location=places, reason=reason)
+
+
+def _with_distances(network: Network, state: State, matches: Matches, rows: IntArray) -> Matches:
+    """Distances of points from their new curves, and from the next ones, in sigma of the points."""
+    prepared = prepare(network)
+    scene = Scene.of(network, replace(state, coefficients=initial_coefficients(prepared)), prepared)
+    near = find_candidates(scene, NEAR * scene.noise, rows)
+    away = np.linalg.norm(np.einsum("kij,kj->ki", scene.whitening[near.point], near.offset), axis=1)
+    own = near.curve == matches.curve[near.point]
+    distance, runner_up = matches.distance.copy(), matches.runner_up.copy()
+    distance[rows], runner_up[rows] = np.inf, np.inf
+    np.minimum.at(distance, near.point[own], away[own])
+    np.minimum.at(runner_up, near.point[~own], away[~own])
+    return replace(matches, distance=distance, runner_up=runner_up)
