@@ -15,7 +15,9 @@ from splinebba_cli.core.network import FloatArray, IntArray
 LONG_ENOUGH = 12.0  # sigma of a point: length over which a direction is taken
 MOST = 25  # points to either side
 FEWEST = 3  # points of a chain that tells directions: two say nothing of how it bends
-TURNING = 0.6  # of what the direction turns over half a window: where an edge bends, its chord is not its tangent
+TURNING = (
+    0.6  # of what the direction turns over half a window: where an edge bends, its chord is not its tangent
+)
 GIVEN_SIGMA = 0.1  # rad, of directions that come with the points
 
 
@@ -54,8 +56,9 @@ def chain_directions(scene: Scene, chains: ChainOrder) -> Directions:
     xy = scene.xy[order]
     sigma = _round_sigma(scene.whitening)[order]
     half = _half_width(xy, sigma, chains)
-    low, high = np.maximum(chains.begin, chains.position + chains.begin - half), np.minimum(
-        chains.end, chains.position + chains.begin + half + 1
+    low, high = (
+        np.maximum(chains.begin, chains.position + chains.begin - half),
+        np.minimum(chains.end, chains.position + chains.begin + half + 1),
     )
     count = high - low
     centred = xy - xy[chains.begin] if len(xy) else xy
@@ -78,9 +81,7 @@ def chain_directions(scene: Scene, chains: ChainOrder) -> Directions:
         noise = np.where(enough, sigma / np.sqrt(count * spread), np.inf)
     deviation[order] = np.hypot(noise, TURNING * _turning(axis, half, chains))
     given = np.isfinite(scene.direction)
-    return Directions(
-        np.where(given, scene.direction, angle), np.where(given, GIVEN_SIGMA, deviation)
-    )
+    return Directions(np.where(given, scene.direction, angle), np.where(given, GIVEN_SIGMA, deviation))
 
 
 def _round_sigma(whitening: FloatArray) -> FloatArray:

@@ -73,9 +73,7 @@ def label_chains(
     return _traced_back(label, states, chains, total, came_from)
 
 
-def _states(
-    gated: Gated, chains: ChainOrder, allowed: BoolArray, tolerance: float, count: int
-) -> _States:
+def _states(gated: Gated, chains: ChainOrder, allowed: BoolArray, tolerance: float, count: int) -> _States:
     """The best candidates of every point, in the order of chains."""
     turn = np.nan_to_num(gated.turn) / tolerance
     cost = gated.square + turn**2

@@ -38,7 +38,9 @@ class CurveSamples:
         t = np.linspace(0.0, 1.0, ROUGH + 1)
         u = curves.left[segment, None] + curves.length[segment, None] * t * (1.0 - 1e-12)
         rough = curves.evaluate(coefficients, np.repeat(owner[segment], ROUGH + 1), u.ravel())[0]
-        length = np.linalg.norm(np.diff(rough.reshape(len(segment), ROUGH + 1, 3), axis=1), axis=2).sum(axis=1)
+        length = np.linalg.norm(np.diff(rough.reshape(len(segment), ROUGH + 1, 3), axis=1), axis=2).sum(
+            axis=1
+        )
         count = np.maximum(np.ceil(np.nan_to_num(length) / spacing), 1).astype(np.int64)
         within = np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)
         place = (within + 0.5) / np.repeat(count, count)

@@ -19,9 +19,7 @@ LEFT = 0.5  # share of a prior variance beyond which the measurements decide not
 LARGE = 0.5  # of the largest component of a direction: elements that are named
 
 
-def undetermined_images(
-    context: LoopContext, progress: Progress
-) -> tuple[BoolArray, tuple[Problem, ...]]:
+def undetermined_images(context: LoopContext, progress: Progress) -> tuple[BoolArray, tuple[Problem, ...]]:
     """Images (m,) with labelled points that do not determine them, and what is not determined."""
     network, prior = context.network, context.start.prior
     count = len(network.images.ids)

@@ -51,9 +51,7 @@ class Alignment:
         return self.gain - self.runner_up > max(CLEAR_GAIN, CLEAR_SHARE * self.gain)
 
 
-def align_image(
-    view: ImageView, dispersion: FloatArray, generator: np.random.Generator
-) -> Alignment | None:
+def align_image(view: ImageView, dispersion: FloatArray, generator: np.random.Generator) -> Alignment | None:
     """The best pose inside a prior; None where nothing is seen.
 
     Parameters
@@ -80,9 +78,7 @@ def align_image(
     return _decided(view, refined, span, dispersion)
 
 
-def _starts(
-    view: ImageView, start: Pose, window: ShiftWindow, generator: np.random.Generator
-) -> list[Pose]:
+def _starts(view: ImageView, start: Pose, window: ShiftWindow, generator: np.random.Generator) -> list[Pose]:
     """The prior itself and the poses with most votes."""
     found: list[tuple[float, Pose]] = []
     for shape in window.shapes(view.seen(start)):
@@ -170,9 +166,7 @@ def _difference(prior: Pose, pose: Pose) -> FloatArray:
     return np.concatenate([vector, pose.position - prior.position])
 
 
-def _decided(
-    view: ImageView, refined: list[_Refined], span: float, dispersion: FloatArray
-) -> Alignment:
+def _decided(view: ImageView, refined: list[_Refined], span: float, dispersion: FloatArray) -> Alignment:
     """The best pose, its dispersion, and the best other one."""
     sigma = float(np.median(view.sigma))
     gains = []
@@ -182,9 +176,7 @@ def _decided(
         gains.append((_gain_of(near.across, scale, span), int((np.abs(near.across) < 3.0 * scale).sum())))
     order = sorted(range(len(refined)), key=lambda k: -gains[k][0])
     best = refined[order[0]]
-    others = [
-        gains[k][0] for k in order[1:] if _apart(view, best.pose, refined[k].pose) > SAME * sigma
-    ]
+    others = [gains[k][0] for k in order[1:] if _apart(view, best.pose, refined[k].pose) > SAME * sigma]
     return Alignment(
         pose=best.pose,
         dispersion=_posterior(best, dispersion),

@@ -84,6 +84,4 @@ def nearest_samples(view: ImageView, seen: SeenSamples, radius: float) -> Neares
     offset = seen.xy[chosen] - view.xy[point]
     tangent = seen.direction[chosen]
     normal = np.column_stack([-tangent[:, 1], tangent[:, 0]])
-    return Nearest(
-        point, chosen, np.sum(normal * offset, axis=1), np.sum(tangent * offset, axis=1), normal
-    )
+    return Nearest(point, chosen, np.sum(normal * offset, axis=1), np.sum(tangent * offset, axis=1), normal)

@@ -10,7 +10,15 @@ from splinebba_cli.core.approximation.control_network import known_curves
 from splinebba_cli.core.approximation.orientation import approximate_orientations
 from splinebba_cli.core.curves.registry import FAMILIES
 from splinebba_cli.core.matching.orientation_prior import OrientationPrior, with_prior
-from splinebba_cli.core.network import ArcLengths, BoolArray, Distances, FloatArray, Network, Tangents, select_rows
+from splinebba_cli.core.network import (
+    ArcLengths,
+    BoolArray,
+    Distances,
+    FloatArray,
+    Network,
+    Tangents,
+    select_rows,
+)
 from splinebba_cli.core.observations.coefficient_rows import knot_distance
 from splinebba_cli.core.state import Prepared, State, initial_coefficients
 
@@ -43,9 +51,7 @@ def loop_start(network: Network, prepared: Prepared, prior: OrientationPrior) ->
     within = _without_lost(network, prior.known)
     xyz = approximate_orientations(within).xyz
     within, xyz = _with_located_points(within, xyz)
-    state = State(
-        rotation, position, initial_coefficients(prepared), xyz, within.curve_observations.location
-    )
+    state = State(rotation, position, initial_coefficients(prepared), xyz, within.curve_observations.location)
     return Start(
         network=with_prior(within, prior, lost),
         state=state,
@@ -75,7 +81,10 @@ def _without_lost(network: Network, oriented: BoolArray) -> Network:
     if oriented.all():
         return network
     points, curves = network.point_observations, network.curve_observations
-    both = network.distances.is_image & ~oriented[np.where(network.distances.is_image, network.distances.station, 0)]
+    both = (
+        network.distances.is_image
+        & ~oriented[np.where(network.distances.is_image, network.distances.station, 0)]
+    )
     return replace(
         network,
         point_observations=select_rows(points, np.flatnonzero(oriented[points.image])),
@@ -88,7 +97,7 @@ def _without_lost(network: Network, oriented: BoolArray) -> Network:
 
 def _with_located_points(network: Network, xyz: FloatArray) -> tuple[Network, FloatArray]:
     """The network with points that have a position only, and the positions."""
-    good = np.isfinite(xyz).all(axis=1)
+    good: BoolArray = np.asarray(np.isfinite(xyz).all(axis=1))
     observed = network.point_observations
     good &= np.bincount(observed.point, minlength=len(good)) > 0
     if good.all():

@@ -57,7 +57,9 @@ def orientation_prior(network: Network, settings: MatchSettings, distance: Float
     guess[:, 3:] = (GUESSED_ANGLE * distance)[:, None] if shift is None else shift
     assumed = ~np.isfinite(images.prior_sigma)
     sigma = np.where(assumed, guess, images.prior_sigma)
-    unstated = np.column_stack([np.full((len(sigma), 3), angle is None), np.full((len(sigma), 3), shift is None)])
+    unstated = np.column_stack(
+        [np.full((len(sigma), 3), angle is None), np.full((len(sigma), 3), shift is None)]
+    )
     return OrientationPrior(
         rotation=rotation,
         position=position,

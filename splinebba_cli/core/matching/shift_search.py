@@ -101,9 +101,7 @@ def likely_shifts(
     angle = view.angle[points]
     if np.isfinite(angle).any():
         along = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        sine = np.abs(
-            along[:, :1] * seen.direction[visible, 1] - along[:, 1:] * seen.direction[visible, 0]
-        )
+        sine = np.abs(along[:, :1] * seen.direction[visible, 1] - along[:, 1:] * seen.direction[visible, 0])
         inside &= np.isnan(angle)[:, None] | (sine <= np.sin(view.direction_tolerance))
     flat = place[inside] @ np.array([shape[1], 1])
     votes = np.bincount(flat, minlength=int(shape.prod())).astype(float).reshape(shape)
@@ -111,7 +109,7 @@ def likely_shifts(
     peaks = np.flatnonzero(((votes == maximum_filter(votes, 5)) & (votes > 0.0)).ravel())
     best = peaks[np.argsort(-votes.ravel()[peaks], kind="stable")[:SHIFTS]]
     cells = np.column_stack(np.unravel_index(best, tuple(shape))) - size
-    return cells * window.cell, votes.ravel()[best] / max(share, 1e-9) ** 2
+    return np.asarray(cells * window.cell), np.asarray(votes.ravel()[best] / max(share, 1e-9) ** 2)
 
 
 def _thinned(count: int, share: float, generator: np.random.Generator) -> np.ndarray:

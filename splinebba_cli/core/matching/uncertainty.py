@@ -14,7 +14,6 @@ from splinebba_cli.core.matching.scene import Scene
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.core.state import Prepared
 
-
 SEGMENTS = 20_000  # of all curves whose middles are looked at
 PLACES = 200  # of an image, the same
 
@@ -50,7 +49,9 @@ class CurveCofactors:
         """h' S h of curve points, (k,) mm^2; curve numbers of the adjusted ones, h (k, 3) mm/m."""
         segment, t = self.curves.locate(curve, u)
         g = (self.curves.weights(segment, t)[:, :, None] * h[:, None, :]).reshape(len(u), -1)
-        return np.asarray(np.maximum(np.sum(np.matmul(g[:, None, :], self.window[segment])[:, 0] * g, axis=1), 0.0))
+        return np.asarray(
+            np.maximum(np.sum(np.matmul(g[:, None, :], self.window[segment])[:, 0] * g, axis=1), 0.0)
+        )
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,9 @@ class Uncertainty:
 
     def of_images(self, image: IntArray, g: FloatArray) -> FloatArray:
         """Variance g' S g of projections, (k,) mm^2; g (k, 6) per rad and m."""
-        return np.asarray(self.inflation * np.sum(np.matmul(g[:, None, :], self.eop[image])[:, 0] * g, axis=1))
+        return np.asarray(
+            self.inflation * np.sum(np.matmul(g[:, None, :], self.eop[image])[:, 0] * g, axis=1)
+        )
 
     def largest_in_photo(self, scene: Scene) -> FloatArray:
         """Largest common standard deviation in every image, (m,) mm, at the curves that it sees."""
