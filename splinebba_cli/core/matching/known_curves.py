@@ -54,7 +54,7 @@ def match_known_curves(
     """
     context = LoopContext.of(network, settings, observer)
     progress = _with_given(context, context.begin())
-    progress, problems = aligned(context, progress)
+    context, progress, problems = aligned(context, progress)
     history: list[GateStep] = []
     curves = context.start.known
     if curves.any():

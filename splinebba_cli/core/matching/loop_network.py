@@ -37,6 +37,10 @@ class Start:
     shaped: BoolArray  # (nc,) curves that have a shape at all
     shape_sigma: FloatArray  # (nc,) metres
 
+    def with_prior(self, prior: OrientationPrior) -> Start:
+        """With other standard deviations of assumed priors."""
+        return replace(self, network=with_prior(self.network, prior, ~prior.known), prior=prior)
+
 
 def loop_start(network: Network, prepared: Prepared, prior: OrientationPrior) -> Start:
     """Network and state of the loop.
