@@ -133,6 +133,10 @@ ERROR_CODES: dict[str, str] = {
     "SBB592": "chains cut at jumps",
     "SBB599": "nothing was matched",
     # 6xx: output
+    "SBB580": "matched curves do not determine an orientation",
+    "SBB581": "two orientations fit equally well",
+    "SBB582": "no point of an image follows a curve",
+    "SBB583": "no adjustment with the matched points",
     "SBB601": "results cannot be written",
     "SBB602": "not a result folder",
     "SBB603": "the file or folder exists",
