@@ -84,7 +84,7 @@ def narrowed(
             continue
         agreed = agreed_depths(found, partners[k], scene.limits[k], gate)
         three = (agreed.member >= 0).sum(axis=1) >= 2
-        low, most, high = _crowded(agreed.depth[three], scene.limits[k])
+        low, most, high = crowded_depths(agreed.depth[three], scene.limits[k])
         if np.isfinite(most):
             middle[k] = most
         if np.isfinite(most) and len(found) > DENSE * len(points) * len(partners[k]):
@@ -93,7 +93,7 @@ def narrowed(
     return SceneDepths(limits, middle, scene.known)
 
 
-def _crowded(depth: FloatArray, limits: FloatArray) -> tuple[float, float, float]:
+def crowded_depths(depth: FloatArray, limits: FloatArray) -> tuple[float, float, float]:
     """Depths between which agreement is no chance, least, most frequent and largest; NaN: nowhere.
 
     Chance agreement spreads evenly over inverse depth.  A belt counts together with its neighbours on either side;
