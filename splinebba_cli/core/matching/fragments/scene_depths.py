@@ -78,7 +78,7 @@ def narrowed(
     for k in np.unique(chains.image):
         if scene.known[k] or len(partners[k]) < 2:
             continue
-        points = _spread(np.flatnonzero(chains.image == k), TRIALS)
+        points = _spread(chains.points_of(int(k)), TRIALS)
         found = hypotheses_of(views, chains, points, partners[k], scene.limits[k])
         if not len(found):
             continue
@@ -122,7 +122,7 @@ def _common_depths(views: Views, chains: TracedChains, frames: Frames, image: in
     base = np.linalg.norm(views.position[others] - views.position[image], axis=1)
     if not len(base) or base.max() <= 0.0:
         return np.full(2, np.nan)
-    samples = _spread(np.flatnonzero(chains.image == image), SAMPLES)
+    samples = _spread(chains.points_of(image), SAMPLES)
     depth = (
         np.geomspace(0.3 * base[base > 0.0].min(), 30.0 * base.max(), 60) / views.principal_distance[image]
     )
