@@ -100,7 +100,7 @@ def _solved(problem: RoundNetwork, state: State, labels: Labels, factor: FloatAr
     """Solution with factors (n,) of the sigma of labelled points; None where the matrix is singular."""
     rows = labels.rows
     on_held = rows[problem.held[labels.curve[rows]]]
-    others = np.where(labels.curve >= 0, ~problem.held[np.maximum(labels.curve, 0)], False)
+    others = np.append(~problem.held, False)[labels.curve]
     network = with_labels(problem.network, np.where(others, labels.curve, -1), labels.location, factor)
     part, _ = control_network(network, problem.adjusted)
     points = HeldPoints.of(problem.scene, on_held, labels.curve[on_held], factor[on_held])

@@ -78,13 +78,13 @@ def narrowed(
     for k in np.unique(chains.image):
         if scene.known[k] or len(partners[k]) < 2:
             continue
-        points = _spread(np.flatnonzero(chains.image == k), TRIALS)
+        points = _spread(chains.points_of(int(k)), TRIALS)
         found = hypotheses_of(views, chains, points, partners[k], scene.limits[k])
         if not len(found):
             continue
         agreed = agreed_depths(found, partners[k], scene.limits[k], gate)
         three = (agreed.member >= 0).sum(axis=1) >= 2
-        low, most, high = _crowded(agreed.depth[three], scene.limits[k])
+        low, most, high = crowded_depths(agreed.depth[three], scene.limits[k])
         if np.isfinite(most):
             middle[k] = most
         if np.isfinite(most) and len(found) > DENSE * len(points) * len(partners[k]):
@@ -93,7 +93,7 @@ def narrowed(
     return SceneDepths(limits, middle, scene.known)
 
 
-def _crowded(depth: FloatArray, limits: FloatArray) -> tuple[float, float, float]:
+def crowded_depths(depth: FloatArray, limits: FloatArray) -> tuple[float, float, float]:
     """Depths between which agreement is no chance, least, most frequent and largest; NaN: nowhere.
 
     Chance agreement spreads evenly over inverse depth.  A belt counts together with its neighbours on either side;
@@ -122,7 +122,7 @@ def _common_depths(views: Views, chains: TracedChains, frames: Frames, image: in
     base = np.linalg.norm(views.position[others] - views.position[image], axis=1)
     if not len(base) or base.max() <= 0.0:
         return np.full(2, np.nan)
-    samples = _spread(np.flatnonzero(chains.image == image), SAMPLES)
+    samples = _spread(chains.points_of(image), SAMPLES)
     depth = (
         np.geomspace(0.3 * base[base > 0.0].min(), 30.0 * base.max(), 60) / views.principal_distance[image]
     )

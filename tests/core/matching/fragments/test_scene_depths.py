@@ -10,7 +10,12 @@ import pytest
 from benchmarks.chain_block import chain_block
 from splinebba_cli.core.matching.fragments.frames import Frames
 from splinebba_cli.core.matching.fragments.partners import partner_images
-from splinebba_cli.core.matching.fragments.scene_depths import SceneDepths, narrowed, plausible_depths
+from splinebba_cli.core.matching.fragments.scene_depths import (
+    SceneDepths,
+    crowded_depths,
+    narrowed,
+    plausible_depths,
+)
 from splinebba_cli.core.matching.fragments.traced_chains import TracedChains
 from splinebba_cli.core.matching.fragments.views import Views
 from splinebba_cli.core.network import Network, PointObservations, Points
@@ -68,6 +73,18 @@ def test_depths_are_narrowed_where_chains_crowd() -> None:
     assert (low < TRUE_M[0]).all()
     assert (high > TRUE_M[1]).all()
     assert close.middle * MM == pytest.approx(985.0, abs=40.0)
+
+
+def test_agreement_by_chance_is_told_from_a_crowd() -> None:
+    """Thirty depths a belt by chance; the crowd between 9.7 and 10 m."""
+    generator = np.random.default_rng(1)
+    chance = 1.0 / generator.uniform(1.0 / 100.0, 1.0 / 4.0, 10 * 256)
+    crowd = generator.uniform(9.7, 10.0, 300)
+    low, most, high = crowded_depths(np.concatenate([chance, crowd]), np.array([4.0, 100.0]))
+    assert 9.3 < low < 9.7
+    assert 9.7 < most < 10.0
+    assert 10.0 < high < 10.5
+    assert np.isnan(crowded_depths(chance, np.array([4.0, 100.0]))).all()
 
 
 def test_depths_stay_open_where_chains_are_few() -> None:
