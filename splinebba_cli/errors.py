@@ -125,6 +125,11 @@ ERROR_CODES: dict[str, str] = {
     "SBB590": "no tie curves can be built from chains",
     "SBB591": "chains without a curve",
     "SBB592": "chains cut at jumps",
+    "SBB594": "new spline weak across itself",
+    "SBB595": "new spline cut where nothing determines it",
+    "SBB596": "two splines are the same edge",
+    "SBB597": "a second edge beside a new spline",
+    "SBB598": "the points of a spline show two edges",
     # 6xx: output
     "SBB601": "results cannot be written",
     "SBB602": "not a result folder",

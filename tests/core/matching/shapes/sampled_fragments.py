@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 
@@ -48,8 +49,20 @@ def sampled_fragments(
                 continue
             xyz = prepared.curves.evaluate(state.coefficients, curve[places], location[places])[0]
             dispersion = place_dispersion(network, prepared, state, order[places], own_images(image[own]))
-            noise = np.linalg.cholesky(dispersion + 1e-12 * np.eye(3)) @ generator.normal(size=(len(places), 3, 1))
-            fragments += list(_pieces(xyz + noise[:, :, 0], dispersion, location[places], own, location[own], gap, int(reference)))
+            noise = np.linalg.cholesky(dispersion + 1e-12 * np.eye(3)) @ generator.normal(
+                size=(len(places), 3, 1)
+            )
+            fragments += list(
+                _pieces(
+                    xyz + noise[:, :, 0],
+                    dispersion,
+                    location[places],
+                    own,
+                    location[own],
+                    gap,
+                    int(reference),
+                )
+            )
     return fragments
 
 
@@ -61,7 +74,7 @@ def own_images(image: IntArray) -> IntArray:
 def place_dispersion(
     network: Network, prepared: Prepared, state: State, rows: IntArray, images: IntArray
 ) -> FloatArray:
-    """Dispersion of places on the rays of measured points with one equation across from every other image, (k, 3, 3)."""
+    """Of places on the rays of measured points, with one equation across from every other image, (k, 3, 3)."""
     observed = network.curve_observations
     curve, u = observed.curve[rows], state.location[rows]
     xyz, tangent = prepared.curves.evaluate(state.coefficients, curve, u, (0, 1))
@@ -80,14 +93,16 @@ def place_dispersion(
         n = np.stack([-b[:, 1], b[:, 0]], axis=1) / np.linalg.norm(b, axis=1, keepdims=True)
         g = np.einsum("nr,nri->ni", n, a)
         normal += g[:, :, None] * g[:, None, :]
-    return np.asarray(np.linalg.inv(normal + 1e-4 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(3) / 3.0))
+    return np.asarray(
+        np.linalg.inv(normal + 1e-4 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(3) / 3.0)
+    )
 
 
 def _pieces(
     xyz: FloatArray, dispersion: FloatArray, u: FloatArray, row: IntArray, row_u: FloatArray, gap: float, image: int
 ) -> Iterator[Fragment]:  # fmt: skip
     cuts = [0, *(np.flatnonzero(np.diff(u) > gap) + 1).tolist(), len(u)]
-    for first, stop in zip(cuts, cuts[1:], strict=False):
+    for first, stop in pairwise(cuts):
         if stop - first < 4:
             continue
         inside = (row_u >= u[first]) & (row_u <= u[stop - 1])
