@@ -131,6 +131,11 @@ ERROR_CODES: dict[str, str] = {
     "SBB590": "no tie curves can be built from chains",
     "SBB591": "chains without a curve",
     "SBB592": "chains cut at jumps",
+    "SBB594": "new spline weak across itself",
+    "SBB595": "new spline cut where nothing determines it",
+    "SBB596": "two splines are the same edge",
+    "SBB597": "a second edge beside a new spline",
+    "SBB598": "the points of a spline show two edges",
     "SBB599": "nothing was matched",
     # 6xx: output
     "SBB580": "matched curves do not determine an orientation",
