@@ -1,7 +1,7 @@
 """Real and synthetic views of which nothing is known, oriented from chains among which 30 % are wrong.
 
-Curves: Fabbri & Kimia, IJCV 2016 (CC-BY); 30 edges in aerial images of Strasbourg (reference/README.md).  All images and
-more runs: ``python -m benchmarks.free_orientation``.
+Curves: Fabbri & Kimia, IJCV 2016 (CC-BY); 30 edges in aerial images of Strasbourg (reference/README.md).  All images
+and more runs: ``python -m benchmarks.free_orientation``.
 """
 
 from __future__ import annotations
