@@ -102,6 +102,8 @@ class Draft:
 
     def solved(self) -> Draft:
         """The same with the curves adjusted, orientations held."""
+        if not self.curves:
+            return self
         state = solve_curves(_assembler(self.prepared), self.state, max_iterations=ITERATIONS)
         return replace(self, state=state)
 
