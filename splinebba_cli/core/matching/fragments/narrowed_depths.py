@@ -88,8 +88,8 @@ def _agreeing(
 def crowded_depths(depth: FloatArray, limits: FloatArray) -> tuple[float, float, float]:
     """Depths between which agreement is no chance, least, most frequent and largest; NaN: nowhere.
 
-    Chance agreement spreads evenly over inverse depth, of images that change slowly with depth.  A belt counts together with its neighbours on either side; small groups
-    of belts far from the others are chance all the same.
+    Chance agreement spreads evenly over inverse depth, of images that change slowly with depth.  A belt counts together
+    with its neighbours on either side; small groups of belts far from the others are chance all the same.
     """
     belts = max(int(np.log(limits[1] / limits[0]) / BELT), 1)
     edges = np.geomspace(limits[0], limits[1], belts + 1)
