@@ -35,6 +35,8 @@ def distorted(draft: Draft) -> BoolArray:
 
 def with_supported_knots(draft: Draft) -> Draft:
     """Curves without knots between which too few links, or those of one image only, lie."""
+    if not draft.curves:
+        return draft
     curves, links = draft.prepared.curves, draft.links
     segment = curves.locate(links.curve, draft.state.location)[0]
     number = np.bincount(segment, minlength=len(curves.left))
