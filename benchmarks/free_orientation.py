@@ -148,6 +148,7 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=1)
     parser.add_argument("--first", type=int, default=1, help="seed of the first run")
     parser.add_argument("--reference", type=Path, default=Path("../shared/reference"))
+    parser.add_argument("--only", help="one of the cases: words of its name")
     options = parser.parse_args()
     print(f"{'':34s} {'imgs':>4s} {'oriented':>8s} {'right':>5s} {'wrong':>5s} {'deg 50%':>9s} {'deg max':>9s} "
           f"{'X0 50% %':>8s} {'s 50%':>6s} {'s max':>6s}")  # fmt: skip
@@ -169,6 +170,8 @@ def main() -> None:
         },
     }
     for title, (make, distance) in cases[options.what].items():
+        if options.only is not None and options.only != title:
+            continue
         seeds = range(options.first, options.first + options.runs)
         report(title, [each for seed in seeds for each in outcomes(make(seed), distance, seed)])
 

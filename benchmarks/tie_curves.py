@@ -17,16 +17,25 @@ import numpy as np
 
 from benchmarks.chain_block import chain_block
 from benchmarks.fragment_figures import FragmentFigures, agreement, figures
+from benchmarks.spline_figures import (
+    adjusted_splines,
+    distance_to,
+    false_curves,
+    spline_figures,
+    splines_of,
+)
 from benchmarks.wrong_chains import with_wrong_chains
 from splinebba_cli.core.adjustment import adjust
 from splinebba_cli.core.matching.fragments.build import build_fragments
 from splinebba_cli.core.matching.fragments.fragment import Fragment
-from splinebba_cli.core.network import FloatArray, KnotPolicy, Network
-from tests.reference_data import strasbourg_curves_network, vase_network
+from splinebba_cli.core.network import IntArray, KnotPolicy, Network
+from splinebba_cli.core.result import AdjustmentResult
+from tests.reference_data import strasbourg_curves_network, vase_network, vase_scan
 from tests.unlabelled import without_labels
 
 SHARES = (0.0, 0.3, 0.5)
 SEEDS = (1, 2, 3)
+WELL_DETERMINED_M = 0.0003
 
 
 def data_sets() -> dict[str, tuple[Network, float]]:
@@ -34,11 +43,10 @@ def data_sets() -> dict[str, tuple[Network, float]]:
     return {"Strasbourg": (strasbourg_curves_network(), 3.0), "vase": (vase_network(), 0.006)}
 
 
-def labelled_curves(network: Network, spacing_m: float) -> list[FloatArray]:
-    """Samples of the curves of the labelled solution, local frame."""
+def labelled_solution(network: Network, spacing_m: float) -> AdjustmentResult:
+    """The adjustment with labels."""
     knots = KnotPolicy(spacing_m=spacing_m, drop=True)
-    result = adjust(replace(network, settings=replace(network.settings, knots=knots)))
-    return [curve.sample_xyz - network.origin for curve in result.curves]
+    return adjust(replace(network, settings=replace(network.settings, knots=knots)))
 
 
 def built(network: Network) -> tuple[list[Fragment], float]:
@@ -50,7 +58,8 @@ def built(network: Network) -> tuple[list[Fragment], float]:
 
 def print_data_set(name: str, network: Network, spacing_m: float) -> None:
     """All figures of one data set."""
-    curves = labelled_curves(network, spacing_m)
+    labelled = labelled_solution(network, spacing_m)
+    curves = [curve.sample_xyz - network.origin for curve in labelled.curves]
     bare, truth = without_labels(replace(network, curves=()))
     print(f"{name}: {len(truth)} points, {len(bare.unlabelled.chain_ids)} chains, {len(curves)} curves")
     for share in SHARES:
@@ -67,6 +76,31 @@ def print_data_set(name: str, network: Network, spacing_m: float) -> None:
                     f"    places: {three:.1%} in three images; of these {two_sigma:.1%} within 2 sigma across,"
                     f" {ellipse:.1%} within the 95 % ellipse of the labelled curves"
                 )
+                print_splines(mixed, found, labels, labelled, spacing_m)
+            elif seed == SEEDS[0]:
+                new = splines_of(mixed, found)
+                print(f"    splines: {len(new.curves)}, {false_curves(new, labels)} of them false")
+
+
+def print_splines(
+    network: Network, fragments: list[Fragment], truth: IntArray, labelled: AdjustmentResult, spacing_m: float
+) -> None:
+    """Figures of the tie splines, adjusted with the same knot distance as the labelled ones."""
+    start = perf_counter()
+    new = splines_of(network, fragments)
+    seconds = perf_counter() - start
+    result = adjusted_splines(network, new, spacing_m)
+    of = spline_figures(new, result, labelled, truth, spacing_m)
+    print(
+        f"    splines: {of.curves} in {seconds:.0f} s; {of.linked:.1%} of the points linked, {of.right:.2%} right;"
+        f" adjusted: {of.rms_px:.3f} px across; {of.rebuilt:.1%} of the labelled curves rebuilt, of these"
+        f" {of.two_sigma:.1%} within 2 sigma (median {of.median_sigma:.2f} sigma)"
+    )
+    if spacing_m < 0.1:  # the vase
+        print(
+            f"    distance to the scan: {1000.0 * distance_to(vase_scan(), result, WELL_DETERMINED_M):.2f} mm,"
+            f" labelled {1000.0 * distance_to(vase_scan(), labelled, WELL_DETERMINED_M):.2f} mm"
+        )
 
 
 def _line(found: FragmentFigures) -> str:

@@ -26,18 +26,21 @@ ENOUGH = 0.5  # share of the points of an image that follow a curve, for a guess
 CAUTION = 4.0  # times the variances of an alignment
 
 
-def aligned(context: LoopContext, progress: Progress) -> tuple[Progress, tuple[Problem, ...]]:
-    """Progress with images aligned where that is needed, and what is ambiguous."""
+def aligned(
+    context: LoopContext, progress: Progress
+) -> tuple[LoopContext, Progress, tuple[Problem, ...]]:
+    """Progress with images aligned where that is needed, guessed priors as wide as that took, what is ambiguous."""
     scene = context.scene(progress.state)
     views = ImageViews.of(context, scene)
     generator = np.random.default_rng(context.settings.seed)
     problems: list[Problem] = []
+    prior = context.start.prior
     state, eop = progress.state, progress.uncertainty.eop.copy()
     rotation, position = state.rotation.copy(), state.position.copy()
     spread = progress.uncertainty.largest_in_photo(scene)
     wanted = _doubtful(context, scene, spread) | context.start.prior.guessed
     for image in np.unique(scene.image[context.usable & wanted[scene.image]]).tolist():
-        found = _best(context, views, image, float(spread[image]), eop[image], generator)
+        found, widening = _best(context, views, image, float(spread[image]), eop[image], generator)
         if found is None:
             continue
         name = context.network.images.ids[image]
@@ -46,9 +49,12 @@ def aligned(context: LoopContext, progress: Progress) -> tuple[Progress, tuple[P
             continue
         rotation[image], position[image] = found.pose.rotation, found.pose.position
         eop[image] = CAUTION * found.dispersion
+        prior = prior.widened(image, max(widening, 1.0), context.network.images)
         _log.info("image %s aligned: %d points follow curves", name, found.inliers)
     state = replace(state, rotation=rotation, position=position)
-    return replace(progress, state=state, uncertainty=replace(progress.uncertainty, eop=eop)), tuple(problems)
+    context = replace(context, start=context.start.with_prior(prior))
+    uncertainty = replace(progress.uncertainty, eop=eop)
+    return context, replace(progress, state=state, uncertainty=uncertainty), tuple(problems)
 
 
 def _doubtful(context: LoopContext, scene: Scene, spread: FloatArray) -> BoolArray:
@@ -79,20 +85,24 @@ def _doubtful(context: LoopContext, scene: Scene, spread: FloatArray) -> BoolArr
 def _best(
     context: LoopContext, views: ImageViews, image: int, spread: float, dispersion: FloatArray,
     generator: np.random.Generator,
-) -> Alignment | None:  # fmt: skip
-    """The alignment inside the prior; of a guessed prior the first that is clear, with growing guesses."""
+) -> tuple[Alignment | None, float]:  # fmt: skip
+    """The alignment inside the prior, and how much wider that was made.
+
+    Of a guessed prior the first alignment that is clear, with growing guesses.
+    """
     if not context.start.prior.guessed[image]:
-        return align_image(views.view(image, spread), dispersion, generator)
+        return align_image(views.view(image, spread), dispersion, generator), 1.0
     best: Alignment | None = None
+    taken = 1.0
     for widening in WIDENINGS:
         wide = context.start.prior.widened(image, widening, context.network.images)
         view = views.view(image, widening * spread)
         found = align_image(view, wide.dispersion[image], generator)
         if found is not None and (best is None or found.gain > best.gain):
-            best = found
+            best, taken = found, widening
         if best is not None and best.clear and best.inliers >= ENOUGH * len(view.xy):
-            return best
-    return best
+            break
+    return best, taken
 
 
 def _ambiguous(name: str, found: Alignment) -> Problem:

@@ -1,8 +1,8 @@
 """Mutual exclusion: in one image a stretch of a curve is claimed once.
 
-Where two runs of one image lie on the same stretch of a curve, both stay if both fit within noise: an edge may be traced
-twice, or in overlapping pieces.  Else the run that fits better keeps the stretch, and the other one loses its points
-there.
+Where two runs of one image lie on the same stretch of a curve, both stay if both fit within noise: an edge may be
+traced twice, or in overlapping pieces.  Else the run that fits better keeps the stretch, and the other one loses its
+points there.
 """
 
 from __future__ import annotations

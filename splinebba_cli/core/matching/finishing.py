@@ -16,7 +16,8 @@ from splinebba_cli.core.matching.label_round import LabelRound
 from splinebba_cli.core.matching.loop_context import LoopContext, Progress
 from splinebba_cli.core.matching.matches import GateStep, Matches, Reason
 from splinebba_cli.core.matching.orientation_prior import without_assumed
-from splinebba_cli.core.matching.round_adjustment import Labels, Round
+from splinebba_cli.core.matching.round_adjustment import Round
+from splinebba_cli.core.matching.round_network import Labels
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.core.result import Problem
 from splinebba_cli.core.state import State
@@ -59,9 +60,7 @@ def finished(
     gross = np.zeros(len(context.usable), dtype=bool)
     found, solved, kept = context.label(progress, curves), None, start.known
     for _ in range(GROSS_ROUNDS):
-        labels, kept = context.taken(
-            np.where(gross, -1, found.matches.curve), found.matches.location, curves
-        )
+        labels, kept = context.taken(np.where(gross, -1, found.matches.curve), found.matches.location, curves)
         progress = replace(progress, labels=labels)
         if not len(labels.rows):
             break
@@ -79,9 +78,7 @@ def finished(
         gross |= beyond
         if few:
             break
-    seen = np.bincount(
-        context.network.unlabelled.image[progress.labels.rows], minlength=len(weak)
-    )
+    seen = np.bincount(context.network.unlabelled.image[progress.labels.rows], minlength=len(weak))
     oriented = (seen > 0) & ~weak & start.prior.known & (solved is not None)
     return Known(
         state=_state(context, progress.state, weak | (seen == 0)),
@@ -90,8 +87,41 @@ def finished(
         dispersion=_dispersion(progress, solved, oriented),
         improved_curves=kept & ~start.known & (solved is not None),
         history=history,
-        problems=(*problems, *named),
+        problems=(*problems, *named, *_empty_images(context, seen), *_unsolved(progress, solved)),
     )
+
+
+def _empty_images(context: LoopContext, seen: IntArray) -> list[Problem]:
+    """Warnings about images none of whose unlabelled points follows a curve."""
+    ids, image = context.network.images.ids, context.network.unlabelled.image[context.usable]
+    has_points = np.bincount(image, minlength=len(ids)) > 0
+    return [
+        Problem(
+            "SBB582",
+            "warning",
+            f"image `{ids[k]}`: none of its {int((image == k).sum())} unlabelled points follows a curve",
+            f"image `{ids[k]}`",
+            "look at its approximate orientation, and how far it may be off (`position_sigma_m`, `angle_sigma`); "
+            "does the project have curves where it looks?",
+        )
+        for k in np.flatnonzero(has_points & (seen == 0))
+    ]
+
+
+def _unsolved(progress: Progress, solved: Round | None) -> list[Problem]:
+    """A warning where labels allow no adjustment."""
+    if solved is not None or not len(progress.labels.rows):
+        return []
+    return [
+        Problem(
+            "SBB583",
+            "warning",
+            f"{len(progress.labels.rows)} points are matched, but an adjustment with them has no solution; "
+            "orientations stay as they were before",
+            "matching",
+            "adjust the matched project: the adjustment says what is not determined",
+        )
+    ]
 
 
 def _gross(context: LoopContext, found: LabelRound, labels: Labels, held: BoolArray) -> BoolArray:

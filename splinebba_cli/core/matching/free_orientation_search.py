@@ -31,7 +31,8 @@ LEAST_SCORE, SURE_SCORE = 0.25, 0.5
 LARGEST_RMS = (
     1.7  # sigma of a point, of an orientation that explains less than is sure; wrong ones leave 2 and more
 )
-CLEAR_MARGIN, CONFIRMED = 0.6, 2  # the search ends when the best stands out so after so many batches in a row
+CLEAR_SCORE, CLEAR_MARGIN = 0.3, 0.7  # the search ends when the best stands out so
+CONFIRMED = 2  # after so many batches in a row
 EQUAL_MARGIN, GIVEN_UP = 0.9, 3  # and when a second one is as good after so many
 MARGIN = 0.8  # of the best score, that no other orientation may reach
 PLACES = 160  # anywhere along the curves
@@ -62,7 +63,7 @@ class SearchResult:
     @property
     def stands_out(self) -> bool:
         """Whether there is no need to look farther."""
-        return self.score > SURE_SCORE and self.second < CLEAR_MARGIN * self.score
+        return self.explains and self.score > CLEAR_SCORE and self.second < CLEAR_MARGIN * self.score
 
     @property
     def is_shared(self) -> bool:

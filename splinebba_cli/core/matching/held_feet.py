@@ -16,7 +16,7 @@ import numpy as np
 from splinebba_cli.core.camera.collinearity import project_with_jacobian
 from splinebba_cli.core.curves.curve_set import CurveSet
 from splinebba_cli.core.matching.scene import Scene
-from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, Network, PointObservations
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, Network, PointObservations, Role
 from splinebba_cli.core.state import ImageRays, Prepared, State
 
 STEPS = 8  # of Gauss and Newton
@@ -46,13 +46,14 @@ class HeldPoints:
         """The network with a fixed object point for every one of them, behind its own points."""
         points, seen = network.points, network.point_observations
         count, first = len(self), len(points.ids)
+        control: Role = "control"
         three = np.zeros((count, 3))
         return replace(
             network,
             points=replace(
                 points,
                 ids=points.ids + ("",) * count,
-                role=points.role + ("control",) * count,
+                role=(*points.role, *[control] * count),
                 xyz=np.vstack([points.xyz, three]),
                 sigma=np.vstack([points.sigma, three]),
                 check_sigma=np.vstack([points.check_sigma, np.full((count, 3), np.nan)]),
@@ -67,7 +68,12 @@ class HeldPoints:
 
 
 def at_feet(
-    points: HeldPoints, curves: CurveSet, polynomials: FloatArray, u: FloatArray, prepared: Prepared, state: State
+    points: HeldPoints,
+    curves: CurveSet,
+    polynomials: FloatArray,
+    u: FloatArray,
+    prepared: Prepared,
+    state: State,
 ) -> tuple[FloatArray, FloatArray, Prepared]:
     """Foot points of held points at a state, their places in the object, and the network observed across curves there.
 
@@ -140,7 +146,11 @@ class _FootSearch:
         image = self.points.image
         segment, t = self.curves.locate(self.points.curve, u)
         xyz, rate, _ = self.curves.derivatives(self.polynomials, segment, t)
-        camera = self.prepared.principal_distance[image], self.state.rotation[image], self.state.position[image]
+        camera = (
+            self.prepared.principal_distance[image],
+            self.state.rotation[image],
+            self.state.position[image],
+        )
         xy, jacobian = project_with_jacobian(*camera, xyz)
         along = np.matmul(self.whitening, np.matmul(jacobian.object_xyz, rate[:, :, None]))[:, :, 0]
         residual = np.matmul(self.whitening, (xy - self.points.rays.xy)[:, :, None])[:, :, 0]

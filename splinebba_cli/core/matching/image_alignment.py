@@ -51,9 +51,7 @@ class Alignment:
         return self.gain - self.runner_up > max(CLEAR_GAIN, CLEAR_SHARE * self.gain)
 
 
-def align_image(
-    view: ImageView, dispersion: FloatArray, generator: np.random.Generator
-) -> Alignment | None:
+def align_image(view: ImageView, dispersion: FloatArray, generator: np.random.Generator) -> Alignment | None:
     """The best pose inside a prior; None where nothing is seen.
 
     Parameters

@@ -32,7 +32,9 @@ from splinebba_cli.core.state import State
 _log = logging.getLogger(__name__)
 
 ITERATIONS = 12  # of an adjustment inside the loop
-POINTS = 1000  # of an image on held curves that take part in the adjustments of rounds: orientations need no more
+POINTS = (
+    1000  # of an image on held curves that take part in the adjustments of rounds: orientations need no more
+)
 CAUTION = 4.0  # times the variances of the adjustment, while many labels change
 STEADY = 0.02  # share of points that change: below it the variances count as they are
 ROBUST_ROUNDS = 2  # at least, with weights from residuals
@@ -52,7 +54,7 @@ def match_known_curves(
     """
     context = LoopContext.of(network, settings, observer)
     progress = _with_given(context, context.begin())
-    progress, problems = aligned(context, progress)
+    context, progress, problems = aligned(context, progress)
     history: list[GateStep] = []
     curves = context.start.known
     if curves.any():

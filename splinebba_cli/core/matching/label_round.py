@@ -9,6 +9,7 @@ from scipy.special import chdtri
 
 from splinebba_cli.core.matching.chain_directions import ChainOrder, chain_directions
 from splinebba_cli.core.matching.chain_labels import label_chains
+from splinebba_cli.core.matching.chance_hits import likely_by_chance
 from splinebba_cli.core.matching.exclusion import taken_points
 from splinebba_cli.core.matching.gates import Gated, gate_candidates
 from splinebba_cli.core.matching.matches import Matches, Reason
@@ -17,6 +18,8 @@ from splinebba_cli.core.matching.scene import Scene
 from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.core.matching.uncertainty import Uncertainty
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
+
+SHARP = 0.3  # common variance over that of the noise, below which distances are distributed like noise
 
 
 @dataclass(frozen=True)
@@ -59,14 +62,26 @@ def label_points(
     has = of_point >= 0
     fits, ambiguous = has.copy(), np.zeros(len(has), dtype=bool)
     fits[has], ambiguous[has] = runs.fits[of_point[has]], runs.ambiguous[of_point[has]]
-    good = fits & ~ambiguous
+    by_chance = _by_chance(gated, chains, np.where(fits & ~ambiguous, label, -1), none_cost)
+    good = fits & ~ambiguous & ~by_chance
     reason = _reasons(gated, chains, usable, curves)
     reason[has & ~fits] = np.where(_alone(chains)[has & ~fits], Reason.FAR, Reason.CHAIN)
     reason[fits & ambiguous] = Reason.AMBIGUOUS
     reason[taken & ~good] = Reason.TAKEN
+    reason[by_chance] = Reason.FAR
     reason[good] = Reason.MATCHED
     chosen = np.where(good, label, -1)
     return _as_round(gated, chosen, reason, none_cost)
+
+
+def _by_chance(gated: Gated, chains: ChainOrder, label: IntArray, limit: float) -> BoolArray:
+    """Single points that lie near their curve by chance, (n,), where errors of orientations do not blur distances."""
+    found = np.zeros(len(label), dtype=bool)
+    points = np.flatnonzero((label >= 0) & _alone(chains))
+    own = label[points]
+    if len(points) and np.median(gated.common[own] / gated.noise[own]) < SHARP:
+        found[points] = likely_by_chance(np.sqrt(gated.square[own]), float(np.sqrt(limit)))
+    return found
 
 
 def _as_round(gated: Gated, chosen: IntArray, reason: IntArray, limit: float) -> LabelRound:

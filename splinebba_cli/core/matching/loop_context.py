@@ -11,7 +11,8 @@ from splinebba_cli.core.estimation.gauss_markov import Observer
 from splinebba_cli.core.matching.label_round import LabelRound, label_points
 from splinebba_cli.core.matching.loop_network import Start, loop_start
 from splinebba_cli.core.matching.orientation_prior import orientation_prior
-from splinebba_cli.core.matching.round_adjustment import Labels, Round, RoundNetwork, adjust_round
+from splinebba_cli.core.matching.round_adjustment import Round, adjust_round
+from splinebba_cli.core.matching.round_network import Labels, RoundNetwork
 from splinebba_cli.core.matching.scene import Scene
 from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.core.matching.uncertainty import Uncertainty

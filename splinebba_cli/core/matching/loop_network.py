@@ -37,6 +37,10 @@ class Start:
     shaped: BoolArray  # (nc,) curves that have a shape at all
     shape_sigma: FloatArray  # (nc,) metres
 
+    def with_prior(self, prior: OrientationPrior) -> Start:
+        """With other standard deviations of assumed priors."""
+        return replace(self, network=with_prior(self.network, prior, ~prior.known), prior=prior)
+
 
 def loop_start(network: Network, prepared: Prepared, prior: OrientationPrior) -> Start:
     """Network and state of the loop.
@@ -97,7 +101,7 @@ def _without_lost(network: Network, oriented: BoolArray) -> Network:
 
 def _with_located_points(network: Network, xyz: FloatArray) -> tuple[Network, FloatArray]:
     """The network with points that have a position only, and the positions."""
-    good = np.isfinite(xyz).all(axis=1)
+    good: BoolArray = np.asarray(np.isfinite(xyz).all(axis=1))
     observed = network.point_observations
     good &= np.bincount(observed.point, minlength=len(good)) > 0
     if good.all():

@@ -36,7 +36,9 @@ class OrientationPrior:
         return np.asarray(np.isfinite(self.position).all(axis=1))
 
     def widened(self, image: int, factor: float, images: Images) -> OrientationPrior:
-        """The same with larger assumed standard deviations of one image."""
+        """The same with other assumed standard deviations of one image, where they are guesses."""
+        if not self.guessed[image]:
+            return self
         sigma = self.sigma.copy()
         sigma[image] = np.where(self.assumed[image], factor * sigma[image], sigma[image])
         return replace(self, sigma=sigma, dispersion=_dispersion(images, self.rotation, sigma, self.assumed))

@@ -111,7 +111,7 @@ class _Sums:
         d, noise, common = (each[candidate] for each in (gated.across, gated.noise, gated.common))
 
         def total(values: FloatArray) -> FloatArray:
-            return np.bincount(group, values, minlength=groups)
+            return np.asarray(np.bincount(group, values, minlength=groups), dtype=np.float64)
 
         count = np.maximum(total(np.ones(len(d))), 1.0)
         mean, s, t = total(d) / count, total(noise) / count, total(common) / count
@@ -149,7 +149,7 @@ def _nearest_branches(gated: Gated, rows: IntArray) -> IntArray:
     point, curve = gated.candidates.point[rows], gated.candidates.curve[rows]
     order = np.lexsort((gated.square[rows], curve, point))
     new = (np.diff(point[order], prepend=-1) != 0) | (np.diff(curve[order], prepend=-1) != 0)
-    return rows[order[new]]
+    return np.asarray(rows[order[new]])
 
 
 def _slopes(
@@ -164,7 +164,7 @@ def _slopes(
     run, candidate = of_point[rows], label[rows]
 
     def mean(values: FloatArray) -> FloatArray:
-        return np.bincount(run, values, minlength=groups) / np.maximum(count, 1.0)
+        return np.asarray(np.bincount(run, values, minlength=groups) / np.maximum(count, 1.0))
 
     count = np.bincount(run, minlength=groups).astype(float)
     s = along[rows] - mean(along[rows])[run]

@@ -109,7 +109,7 @@ def likely_shifts(
     peaks = np.flatnonzero(((votes == maximum_filter(votes, 5)) & (votes > 0.0)).ravel())
     best = peaks[np.argsort(-votes.ravel()[peaks], kind="stable")[:SHIFTS]]
     cells = np.column_stack(np.unravel_index(best, tuple(shape))) - size
-    return cells * window.cell, votes.ravel()[best] / max(share, 1e-9) ** 2
+    return np.asarray(cells * window.cell), np.asarray(votes.ravel()[best] / max(share, 1e-9) ** 2)
 
 
 def _thinned(count: int, share: float, generator: np.random.Generator) -> np.ndarray:

@@ -14,7 +14,6 @@ from splinebba_cli.core.matching.scene import Scene
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 from splinebba_cli.core.state import Prepared
 
-
 SEGMENTS = 20_000  # of all curves whose middles are looked at
 PLACES = 200  # of an image, the same
 

@@ -98,6 +98,16 @@ def test_all_solutions_are_found() -> None:
     assert count.max() >= 4
 
 
+def test_solutions_of_nearly_the_same_depth_that_differ_by_a_turn() -> None:
+    """Two roots in theta that nearly coincide but belong to different turns about the chord: neither is lost."""
+    rotation, position = random_cameras(30_000, 1)
+    points, tangents = random_pairs(30_000, 2)
+    rows = [18414, 20509]
+    rays, directions = seen_by(rotation[rows], position[rows], points[rows], tangents[rows])
+    found = orient_from_point_tangents(rays, directions, points[rows], tangents[rows])
+    assert np.bincount(found.pair).tolist() == [5, 4]
+
+
 def _determinant(m: FloatArray, t: FloatArray, theta: float) -> float:
     """F(theta) of one pair, written out independently: c^2 + s^2 - 1 times the squared determinant."""
     e = np.array([np.cos(theta), np.sin(theta)])

@@ -201,6 +201,9 @@ def test_score_prefers_the_truth_to_cameras_that_shrink_or_cover(one: tuple[Free
     assert truth > 0.6
     assert max(far, near) < 0.5 * truth
     assert behind == 0.0
+    others = known_curves_of((*made.network.curves, *edges(18, 20)))
+    covered = CoarseScore(chains, others.samples(1200), 0.05, 0.35)(made.rotation[:1], made.position[:1])[0]
+    assert covered < 0.75 * truth  # curves that the image does not show speak against an orientation
 
 
 def test_refinement_returns_from_some_degrees(one: tuple[FreeScene, KnownCurves]) -> None:

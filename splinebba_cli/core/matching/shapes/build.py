@@ -81,6 +81,8 @@ def build_curves(
     gate = Gate(GATES[0], settings.direction_tolerance_rad)
     for width in GATES:
         draft = _settled(network, draft, rows, replace(gate, width=width), settings)
+    if not draft.curves:
+        return _result(network, draft, [], (), ())
     draft, merged_pairs = without_duplicates(network, draft, _image_points(network))
     draft, second = split(
         network, with_needed_knots(draft, settings.knot_tolerance), network.unlabelled.chain
@@ -88,6 +90,8 @@ def build_curves(
     refused = frozenset((int(row), one.curve) for edge in second for one in edge.off for row in one.row)
     draft = _settled(network, draft, rows, replace(gate, width=GATES[-1], refused=refused), settings)
     draft = real_curves(network, with_needed_knots(draft, settings.knot_tolerance))
+    if not draft.curves:
+        return _result(network, draft, [], (), ())
     draft = without_idle_knots(with_supported_knots(draft).solved())
     usual = usual_sigma(draft)
     draft, cuts = cut_undetermined(network, draft, usual)

@@ -134,4 +134,4 @@ def clusters_beside(
         return None
     smaller = low if size[low].sum() < size[high].sum() else high
     at = location[np.isin(number, smaller)]
-    return TwoClusters(float(at.min()), float(at.max()), apart, names[smaller])
+    return TwoClusters(float(at.min()), float(at.max()), apart, np.sort(names[smaller]))

@@ -83,7 +83,7 @@ def duplicate_problems(merged: Sequence[tuple[str, str]], given: Sequence[tuple[
             "warning",
             f"the chains of a new spline show the edge of spline `{kept}`: their points belong to it now",
             f"spline `{kept}`",
-            "look at the residuals of its points; if these are two edges, an image that shows both side by side says so",
+            "look at the residuals of its points; an image that shows two edges side by side would tell them apart",
         )
         for kept, _ in given
     ]

@@ -31,7 +31,7 @@ FEWEST = 6  # places in a segment that may be divided
 SHORTEST = 2.0  # segments, in spacings of places
 INSERTIONS = 14
 RIDGE = 1e-9
-BEND = 5.0
+BEND = 20.0
 REACH = (
     2.0  # spacings by which a foot point may leave the first location of its place: a poor fit leads astray
 )
@@ -121,15 +121,16 @@ def normal_frames(tangent: FloatArray) -> FloatArray:
     tangent = np.where(still[:, None], [1.0, 0.0, 0.0], tangent)
     axis = np.eye(3)[np.argmin(np.abs(tangent), axis=1)]
     first: FloatArray = np.cross(tangent, axis)
-    first /= np.maximum(np.linalg.norm(first, axis=1, keepdims=True), 1e-300)
-    second: FloatArray = np.cross(tangent, first)
-    return np.stack([first, second], axis=2)
+    first = first / np.maximum(np.linalg.norm(first, axis=1, keepdims=True), 1e-300)
+    frames: FloatArray = np.empty((len(tangent), 3, 2))
+    frames[:, :, 0], frames[:, :, 1] = first, np.cross(tangent, first)
+    return frames
 
 
 def _first_knots(places: Places) -> FloatArray:
     low, high = float(places.location.min()), float(places.location.max())
     if places.closed:
-        return low + places.period * np.arange(5) / 4.0
+        return np.asarray(low + places.period * np.arange(5) / 4.0)
     return np.array([low, high])
 
 
@@ -163,7 +164,7 @@ def _solved(
     size = 3 * basis.coefficient_count
     normal = csc_matrix(coo_matrix((blocks.ravel(), (row.ravel(), column.ravel())), shape=(size, size)))
     side = np.einsum("nw,nij,nj->nwi", rows, full, places.xyz)
-    right = np.bincount(unknown.ravel(), side.ravel(), minlength=size)
+    right: FloatArray = np.bincount(unknown.ravel(), side.ravel(), minlength=size).astype(np.float64)
     diagonal = normal.diagonal()
     reference = _straight(basis, places)
     ridge = RIDGE * diagonal + 1e-9 * max(float(diagonal.max()), 1e-300)

@@ -11,7 +11,7 @@ from splinebba_cli.core.matching.shapes.draft import Draft, draft_of
 from splinebba_cli.core.matching.shapes.extent import on_domain, point_spacing
 from splinebba_cli.core.matching.shapes.names import new_ids
 from splinebba_cli.core.matching.shapes.weak_parts import determined_parts, seen_places
-from splinebba_cli.core.network import Network
+from splinebba_cli.core.network import Curve, Network
 
 FEWEST = 8  # links of a curve
 SHORTEST = 3.0  # spacings of points
@@ -45,7 +45,8 @@ def cut_undetermined(network: Network, draft: Draft, usual: float) -> tuple[Draf
     usual : sigma across, metres
     """
     spacing, cuts = point_spacing(draft), []
-    curves, label = [], np.full(len(draft.row), -1)
+    curves: list[Curve] = []
+    label = np.full(len(draft.row), -1)
     taken = [curve.id for curve in (*network.curves, *draft.curves)]
     for k, (curve, own) in enumerate(zip(draft.present_curves(), curve_normals(draft), strict=True)):
         seen = seen_places(draft, own, spacing[k]) if np.isfinite(spacing[k]) else None

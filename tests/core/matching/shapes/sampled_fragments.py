@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 
@@ -73,7 +74,7 @@ def own_images(image: IntArray) -> IntArray:
 def place_dispersion(
     network: Network, prepared: Prepared, state: State, rows: IntArray, images: IntArray
 ) -> FloatArray:
-    """Dispersion of places on the rays of measured points with one equation across from every other image, (k, 3, 3)."""
+    """Of places on the rays of measured points, with one equation across from every other image, (k, 3, 3)."""
     observed = network.curve_observations
     curve, u = observed.curve[rows], state.location[rows]
     xyz, tangent = prepared.curves.evaluate(state.coefficients, curve, u, (0, 1))
@@ -101,7 +102,7 @@ def _pieces(
     xyz: FloatArray, dispersion: FloatArray, u: FloatArray, row: IntArray, row_u: FloatArray, gap: float, image: int
 ) -> Iterator[Fragment]:  # fmt: skip
     cuts = [0, *(np.flatnonzero(np.diff(u) > gap) + 1).tolist(), len(u)]
-    for first, stop in zip(cuts, cuts[1:], strict=False):
+    for first, stop in pairwise(cuts):
         if stop - first < 4:
             continue
         inside = (row_u >= u[first]) & (row_u <= u[stop - 1])
