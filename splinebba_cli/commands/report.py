@@ -14,7 +14,10 @@ from splinebba_cli.commands.options import QuietOption, ReportChoice, VerboseOpt
 
 def report(
     results: Annotated[
-        Path, typer.Argument(metavar="RESULTS", help="Result folder that `adjust` wrote.", show_default=False)
+        Path,
+        typer.Argument(
+            metavar="RESULTS", help="Result folder that `adjust` or `match` wrote.", show_default=False
+        ),
     ],
     format: Annotated[
         ReportChoice,
@@ -28,8 +31,8 @@ def report(
             "--output",
             "-o",
             metavar="FILE",
-            help="File to write, - for standard output. Default: report.html, report.txt, … in RESULTS, "
-            "standard output for json.",
+            help="File to write, - for standard output. Default: report.html, report.txt, … in RESULTS "
+            "(match.html, … in one of `match`), standard output for json.",
         ),
     ] = None,
     browser: Annotated[

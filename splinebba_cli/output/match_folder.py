@@ -15,8 +15,14 @@ from splinebba_cli.output.json_text import json_text
 from splinebba_cli.output.match_counts import MatchCounts, chains_table
 from splinebba_cli.output.match_json import MATCH_FILE, MATCH_FORMAT
 
-_OWN = (MATCH_FILE, "matched.yaml", "match.txt", "match.html", "chains.csv")
+_OWN = (MATCH_FILE, "matched.yaml", "match_drawings.json", "match_report.json", "chains.csv")
 _OWN_BEGINNINGS = ("matched_", "unmatched_points")
+_REPORTS = (
+    "match.txt",
+    "match.html",
+    "match.md",
+    "match.pdf",
+)  # of former results where they are not made anew
 
 
 @contextmanager
@@ -71,4 +77,4 @@ def is_match_folder(folder: Path) -> bool:
 
 
 def _is_own(name: str) -> bool:
-    return name in _OWN or name.startswith(_OWN_BEGINNINGS)
+    return name in (*_OWN, *_REPORTS) or name.startswith(_OWN_BEGINNINGS)

@@ -18,7 +18,7 @@ from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.errors import OutputError
 from splinebba_cli.output.checks_json import acceptance_to_list
-from splinebba_cli.output.damaged_results import no_constant
+from splinebba_cli.output.damaged_results import no_constant, without_acting_characters
 from splinebba_cli.output.json_text import finite
 from splinebba_cli.output.match_counts import BINS, CLEAR, MatchCounts
 from splinebba_cli.project.file_content import NoContentError, file_content
@@ -217,7 +217,8 @@ def load_match_json(folder: Path) -> dict[str, Any]:
     """
     file = folder / MATCH_FILE
     try:
-        content = json.loads(file_content(file).decode("utf-8"), parse_constant=no_constant)
+        text = file_content(file).decode("utf-8")
+        content = without_acting_characters(json.loads(text, parse_constant=no_constant), text)
     except (NoContentError, ValueError, RecursionError) as error:
         raise OutputError(
             "SBB602", f"{folder} holds no readable {MATCH_FILE}", "run `splinebba match`"

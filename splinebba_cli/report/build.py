@@ -8,12 +8,15 @@ from typing import Literal
 
 from splinebba_cli.output.atomic import write_file_atomically
 from splinebba_cli.output.damaged_results import complete_results
-from splinebba_cli.report.blocks import Report
+from splinebba_cli.output.match_folder import is_match_folder
+from splinebba_cli.output.match_json import load_match_json
+from splinebba_cli.report.blocks import FigureBlock, Report
+from splinebba_cli.report.layout import TextFormat, laid_out
+from splinebba_cli.report.match_report import MATCH_REPORTS, stored_match_report
 from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.sections import build_report
 
 ReportFormat = Literal["html", "text", "markdown", "json", "pdf"]
-TextFormat = Literal["html", "text", "markdown", "json"]
 _FILES: dict[ReportFormat, str] = {
     "html": "report.html",
     "text": "report.txt",
@@ -31,10 +34,11 @@ def write_report(
     Parameters
     ----------
     result_dir : Path
-        A folder that ``adjust`` wrote: result.json and the tables beside it.
+        A folder that ``adjust`` wrote: result.json and the tables beside it; or one that ``match`` wrote.
     format : {"html", "text", "markdown", "json", "pdf"}
     out : Path, optional
-        The file to write; by default ``report.html``, ``report.txt``, … in `result_dir`.
+        The file to write; by default ``report.html``, ``report.txt``, … in `result_dir`; ``match.html``, … in one of
+        ``match``.
     browser : str, optional
         The program that prints a PDF, see :func:`splinebba_cli.report.browser.browser_path`.
 
@@ -49,7 +53,8 @@ def write_report(
         SBB602 if it is no result folder, SBB601 if the file cannot be written, SBB620 and SBB621 if a PDF
         cannot be made.
     """
-    path = out if out is not None else result_dir / _FILES[format]
+    names = MATCH_REPORTS if is_match_folder(result_dir) else _FILES
+    path = out if out is not None else result_dir / names[format]
     write_file_atomically(path, report_of(result_dir, format, browser))
     return path
 
@@ -57,8 +62,13 @@ def write_report(
 def report_of(result_dir: Path, format: ReportFormat, browser: str | None = None) -> str | bytes:
     """The report of a result folder: text, or the bytes of a PDF; arguments and errors of :func:`write_report`."""
     with complete_results(result_dir):
-        data = ResultData.load(result_dir)
-        text = rendered(build_report(data), data, "html" if format == "pdf" else format)
+        wanted: TextFormat = "html" if format == "pdf" else format
+        if is_match_folder(result_dir):
+            data = ResultData(load_match_json(result_dir))
+            text = stored_match_report(result_dir, data.content, wanted)
+        else:
+            data = ResultData.load(result_dir)
+            text = rendered(build_report(data), data, wanted)
     if format != "pdf":
         return text
     from splinebba_cli.report.browser import print_to_pdf
@@ -76,18 +86,10 @@ def write_reports(folder: Path, data: ResultData, formats: Sequence[TextFormat])
 
 def rendered(report: Report, data: ResultData, format: TextFormat) -> str:
     """A report as text of a format; the same report and data give the same text."""
-    if format == "html":
-        from splinebba_cli.report.html import render_html
 
-        return render_html(report, data)
-    if format == "markdown":
-        from splinebba_cli.report.markdown import render_markdown
+    def drawn(block: FigureBlock) -> str:
+        from splinebba_cli.report.figures import draw
 
-        return render_markdown(report)
-    if format == "json":
-        from splinebba_cli.report.json_report import render_json
+        return draw(block, data=data)
 
-        return render_json(report)
-    from splinebba_cli.report.text import render_text
-
-    return render_text(report)
+    return laid_out(report, format, drawn)

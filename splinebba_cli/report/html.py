@@ -6,7 +6,6 @@ import base64
 import hashlib
 import re
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,7 +20,6 @@ from splinebba_cli.report.blocks import (
     Table,
     cell_text,
 )
-from splinebba_cli.report.result_data import ResultData
 from splinebba_cli.report.table_payload import table_payload
 
 if TYPE_CHECKING:
@@ -42,26 +40,6 @@ _KINDS: dict[type, str] = {
     ProblemList: "problems",
     Table: "table",
 }
-
-
-def render_html(report: Report, data: ResultData) -> str:
-    """The whole page.
-
-    Parameters
-    ----------
-    report : Report
-        What is said.
-    data : ResultData
-        What the figures are drawn from.
-
-    Returns
-    -------
-    str
-        HTML; the same report and data give the same text.
-    """
-    from splinebba_cli.report.figures import draw
-
-    return render_page(report, partial(draw, data=data))
 
 
 def render_page(report: Report, draw: Callable[[FigureBlock], str]) -> str:

@@ -1,7 +1,8 @@
-"""Images with their chains, matched and unmatched, and the curves as the images see them; as SVG."""
+"""Images with their chains, matched and unmatched, and the curves as the images see them: what is drawn of a result."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -11,41 +12,42 @@ from splinebba_cli.core.matching.matches import MatchResult
 from splinebba_cli.core.network import Camera, FloatArray, IntArray
 from splinebba_cli.project.matched_tables import reason_word
 from splinebba_cli.report.projected_curves import ProjectedCurves
-from splinebba_cli.report.svg_text import escaped_line, number, titled
+from splinebba_cli.report.svg_text import number
 
-SHOWN = 6  # images that are drawn at once
+SHOWN = 6  # images that are seen at once
 POINTS = 60_000  # of all images together that are drawn
-_WIDTH, _EDGE = 400.0, 1.0
+WIDTH, EDGE = 400.0, 1.0
 _KINDS = ("matched", "new", "unmatched")
-_MARKS = (
-    ("d-matched", "━", "on a spline of the project"),
-    ("d-unmatched", "━", "unmatched"),
-    ("d-projected", "╌", "projected spline"),
-)
-_MARKS_OF_NEW = (("d-new", "━", "on a new spline"), ("d-weak", "╍", "weak part of a new spline"))
 
 
-def match_images(result: MatchResult, images: list[dict[str, Any]]) -> str:
-    """Panels of the images with the smallest matched share, further ones to choose from.
+@dataclass(frozen=True)
+class Stroke:
+    """A line of a drawing."""
+
+    kind: str  # projected, weak, matched, new, unmatched
+    path: str  # of SVG
+    says: str  # when it is pointed at
+
+
+@dataclass(frozen=True)
+class Panel:
+    """The drawing of one image, EDGE around it."""
+
+    image: int  # its number among the images of match.json
+    height: float
+    frame: tuple[float, float, float, float]  # of the format: left, top, width, height
+    strokes: tuple[Stroke, ...]
+
+
+def panels_of(result: MatchResult, images: list[dict[str, Any]]) -> list[Panel]:
+    """The drawings of a result, the image with the smallest matched share first.
 
     Parameters
     ----------
     images : of match.json
     """
-    order = drawn_images(images)
     panels = _Panels(result)
-    first = "".join(panels.svg(k, images[k]) for k in order[:SHOWN])
-    marks = (*_MARKS, *(_MARKS_OF_NEW if result.built else ()))
-    legend = "".join(f'<span><i class="{kind}">{mark}</i> {text}</span>' for kind, mark, text in marks)
-    text = f'<p class="legend">{legend}</p><div class="panels">{first}</div>'
-    rest = order[SHOWN:]
-    if rest:
-        more = "".join(
-            f"<details><summary>{escaped_line(images[k]['id'])}</summary>{panels.svg(k, images[k])}</details>"
-            for k in sorted(rest)
-        )
-        text += f'<div class="choice" data-label="Another image">{more}</div>'
-    return text
+    return [panels.panel(k) for k in drawn_images(images)]
 
 
 def drawn_images(images: list[dict[str, Any]]) -> list[int]:
@@ -71,33 +73,24 @@ class _Panels:
         starts = np.searchsorted(self._points.image[order], np.arange(len(result.given.images.ids) + 1))
         self._rows = [order[a:b] for a, b in pairwise(starts)]
 
-    def svg(self, image: int, about: dict[str, Any]) -> str:
+    def panel(self, image: int) -> Panel:
         """The drawing of one image."""
         rows = self._rows[image]
         camera = self._result.given.cameras[int(self._result.given.images.camera[image])]
         half = _half(self._points.photo_xy[rows], camera)
-        scale = 0.5 * (_WIDTH - 2.0) / half[0]
+        scale = 0.5 * (WIDTH - 2.0) / half[0]
         height = 2.0 * half[1] * scale
-        middle = np.array([0.5 * _WIDTH, _EDGE + 0.5 * height])
+        middle = np.array([0.5 * WIDTH, EDGE + 0.5 * height])
         flip = scale * np.array([1.0, -1.0])
-        parts = [_frame(camera, half, scale, height)]
+        strokes = []
         for curve, weak, xy in self._curves.lines(image, half):
             kind, says = ("weak", ": weak part") if weak else ("projected", "")
-            line = f'class="{kind}" d="{_line(middle + flip * xy)}"'
-            parts.append(titled("path", line, f"spline {self._names[curve]}{says}"))
-        parts += self._chains(rows, middle + flip * self._points.photo_xy[rows])
-        name, view = f"chains-{image}", f"0 0 {number(_WIDTH)} {number(height + 2 * _EDGE)}"
-        title = (
-            f'<p id="{name}">Image <strong>{escaped_line(about["id"], 40)}</strong> '
-            f"{about['matched']} of {about['points']} points matched</p>"
-        )
-        return (
-            f'<div class="panel">{title}<div class="scroll" tabindex="0" role="img" aria-labelledby="{name}">'
-            f'<svg class="map" viewBox="{view}">{"".join(parts)}</svg></div></div>'
-        )
+            strokes.append(Stroke(kind, _line(middle + flip * xy), f"spline {self._names[curve]}{says}"))
+        strokes += self._chains(rows, middle + flip * self._points.photo_xy[rows])
+        return Panel(image, height, _frame(camera, half, scale, height), tuple(strokes))
 
-    def _chains(self, rows: IntArray, places: FloatArray) -> list[str]:
-        """A path for every run of points of one chain with one curve, unmatched ones last."""
+    def _chains(self, rows: IntArray, places: FloatArray) -> list[Stroke]:
+        """A line for every run of points of one chain with one curve, unmatched ones last."""
         chain, curve = self._points.chain[rows], self._result.matches.curve[rows]
         alone = chain < 0
         breaks = np.flatnonzero((chain[1:] != chain[:-1]) | (curve[1:] != curve[:-1]) | alone[1:]) + 1
@@ -105,7 +98,7 @@ class _Panels:
         runs.sort(key=lambda run: int(self._kind[rows[run[0]]]))
         return [self._run(rows[run], places[run]) for run in runs]
 
-    def _run(self, rows: IntArray, places: FloatArray) -> str:
+    def _run(self, rows: IntArray, places: FloatArray) -> Stroke:
         found, first = self._result.matches, int(rows[0])
         curve, chain = int(found.curve[first]), int(self._points.chain[first])
         what = f"chain {self._points.chain_ids[chain]}" if chain >= 0 else "a single point"
@@ -114,8 +107,7 @@ class _Panels:
         else:
             words = sorted({reason_word(reason) for reason in found.reason[rows].tolist()})
             says = f"{what}, {len(rows)} points\nunmatched: {', '.join(words)}"
-        kind = _KINDS[int(self._kind[first])]
-        return titled("path", f'class="chain chain-{kind}" d="{_line(places)}"', says)
+        return Stroke(_KINDS[int(self._kind[first])], _line(places), says)
 
 
 def _line(places: FloatArray) -> str:
@@ -135,10 +127,9 @@ def _half(xy: FloatArray, camera: Camera) -> FloatArray:
     return np.where(reach > half, 1.04 * reach, half)
 
 
-def _frame(camera: Camera, half: FloatArray, scale: float, height: float) -> str:
+def _frame(
+    camera: Camera, half: FloatArray, scale: float, height: float
+) -> tuple[float, float, float, float]:
     size = half if camera.format_mm is None else 0.5 * np.array(camera.format_mm, dtype=float)
-    left, top = 0.5 * _WIDTH - scale * size[0], _EDGE + 0.5 * height - scale * size[1]
-    return (
-        f'<rect class="frame" x="{number(left)}" y="{number(top)}" width="{number(2 * scale * size[0])}" '
-        f'height="{number(2 * scale * size[1])}"/>'
-    )
+    left, top = 0.5 * WIDTH - scale * size[0], EDGE + 0.5 * height - scale * size[1]
+    return (float(left), float(top), float(2 * scale * size[0]), float(2 * scale * size[1]))

@@ -16,8 +16,8 @@ from splinebba_cli.report.blocks import (
     Report,
     Section,
     Table,
-    Verdict,
 )
+from splinebba_cli.report.match_headline import match_facts, match_verdict, percent
 from splinebba_cli.report.match_panels import SHOWN, drawn_images
 from splinebba_cli.report.new_spline_section import new_splines_section
 from splinebba_cli.report.result_data import ResultData
@@ -78,64 +78,6 @@ def build_match_report(content: dict[str, Any]) -> Report:
         sections=tuple(section for section in sections if section.blocks),
         kicker="Matching of chains",
     )
-
-
-def percent(share: float | None) -> str:
-    """A share as people read it; 100 % and 0 % are exact."""
-    if share is None:
-        return "–"
-    text = f"{100 * share:.1f}"
-    if text == "100.0" and share < 1.0:
-        return "> 99.9 %"
-    return f"{'< 0.1' if text == '0.0' and share > 0.0 else text} %"
-
-
-def match_verdict(content: dict[str, Any]) -> Verdict:
-    """How much was matched, and whether that is what the project asks for."""
-    counts = content["counts"]
-    left = counts["points"] - counts["matched"]
-    detail = (
-        f"{counts['matched']} of {plural(counts['points'], 'image point')} ({percent(counts['share'])}) lie on "
-        f"splines; {left} stay without a label."
-    )
-    if counts["labelled_before"]:
-        detail += f" {counts['labelled_before']} had a label before."
-    failed = [each for each in content["acceptance"] if each["status"] != "passed"]
-    if failed:
-        limit = percent(failed[0]["limit"])
-        return Verdict("bad", "Matched, but not accepted", f"{detail} The project asks for at least {limit}.")
-    lost = [image["id"] for image in content["images"] if not image["in_matched_project"]]
-    if lost:
-        where = f"Nothing was matched in {plural(len(lost), 'image')}: matched.yaml leaves them out."
-        return Verdict("warning", "Matched, but not in every image", f"{detail} {where}")
-    if any(problem["severity"] != "info" for problem in content["problems"]):
-        return Verdict("warning", "Matched, with warnings", detail)
-    return Verdict("good", "Matched and accepted" if content["acceptance"] else "Matched", detail)
-
-
-def match_facts(content: dict[str, Any]) -> Facts:
-    """The few numbers on top."""
-    counts = content["counts"]
-    items = [
-        Fact(
-            "Matched",
-            percent(counts["share"]),
-            f"{counts['matched']} of {counts['points']}",
-            number=counts["share"],
-        ),
-        Fact("Images", f"{counts['images']}", f"{counts['images_oriented']} with a new orientation"),
-    ]
-    if counts["chains"]:
-        whole = f"{counts['chains_matched_whole']} whole, {counts['chains_matched_in_part']} in part"
-        items.append(Fact("Chains", f"{counts['chains']}", f"{whole}, {counts['chains_unmatched']} not"))
-    used = sum(spline["points"] > 0 for spline in content["splines"])
-    items.append(Fact("Splines found", f"{used}", f"of {len(content['splines'])}"))
-    if counts["new_splines"]:
-        items.append(Fact("New splines", f"{counts['new_splines']}", "built from chains"))
-    last = next((step for step in reversed(content["history"]) if step["sigma0"] is not None), None)
-    if last is not None:
-        items.append(Fact("σ̂₀", f"{last['sigma0']:.4f}", "of the last round", number=last["sigma0"]))
-    return Facts(tuple(items), headline=True)
 
 
 def unmatched_section(content: dict[str, Any]) -> Section:
@@ -278,7 +220,7 @@ def history_section(content: dict[str, Any]) -> Section:
         Column("Gate", "px", 2, help="median half width; mm where a camera has no pixel size"),
         Column("Matched"),
         Column("Changed", help="points with another spline than in the round before"),
-        Column("σ̂₀", "", 4),
+        Column("σ̂₀", "", 4, help="large residuals weigh less here: `adjust` finds a larger one"),
         Column("Largest step", "m", 4, help="of a perspective centre"),
         Column("Largest turn", "°", 5),
     )

@@ -8,13 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from splinebba_cli.report.blocks import Table
 from splinebba_cli.report.console import STYLES, fact_grid, problem_lines, rich_table
-from splinebba_cli.report.match_sections import (
-    images_section,
-    match_facts,
-    match_verdict,
-    splines_section,
-    unmatched_section,
-)
+from splinebba_cli.report.match_headline import match_facts, match_verdict
+from splinebba_cli.report.match_sections import images_section, splines_section, unmatched_section
 from splinebba_cli.report.result_data import ResultData
 
 if TYPE_CHECKING:

@@ -16,9 +16,10 @@ from splinebba_cli.output.match_json import match_content
 from splinebba_cli.output.provenance import provenance
 from splinebba_cli.project.loading import LoadedProject, load_project
 from splinebba_cli.report.blocks import Table
+from splinebba_cli.report.match_headline import match_verdict, percent
 from splinebba_cli.report.match_panels import SHOWN, match_images
 from splinebba_cli.report.match_report import write_match_reports
-from splinebba_cli.report.match_sections import REASONS, build_match_report, match_verdict, percent
+from splinebba_cli.report.match_sections import REASONS, build_match_report
 from splinebba_cli.report.projected_curves import SAMPLES, ProjectedCurves
 from tests.labelled_chains import LOST, known_matching, street
 

@@ -9,7 +9,7 @@ import pytest
 
 from splinebba_cli.output.result_json import result_to_dict
 from splinebba_cli.report.blocks import Column, Facts, LazyRows, Report, Section, Table, Verdict
-from splinebba_cli.report.html import render_html
+from splinebba_cli.report.build import rendered
 from splinebba_cli.report.result_data import ResultData
 from tests.output.factory import make_result
 from tests.report.browser import PageOf
@@ -48,7 +48,7 @@ def file(count: int, tmp_path_factory: pytest.TempPathFactory) -> Path:
     table = Table("Points", COLUMNS, LazyRows(count, _row), frozenset({3, count - 1}), source="points.csv")
     report = Report("Tables", "", Verdict("good", "Fine", ""), Facts(()), (Section("s", "S", (table,)),))
     path = tmp_path_factory.mktemp("tables") / "report.html"
-    path.write_text(render_html(report, ResultData(result_to_dict(make_result()))), encoding="utf-8")
+    path.write_text(rendered(report, ResultData(result_to_dict(make_result())), "html"), encoding="utf-8")
     return path
 
 

@@ -63,7 +63,7 @@ def links_to(
         pairs = zip(near.point.tolist(), near.curve.tolist(), strict=True)
         allowed &= np.array([pair not in gate.refused for pair in pairs], dtype=bool)
     own = np.flatnonzero(allowed)
-    best = own[np.lexsort((across[own], near.curve[own], near.point[own]))]
+    best = own[np.lexsort((across[own], near.curve[own], place[near.point[own]]))]
     first = np.ones(len(best), dtype=bool)
     first[1:] = (near.point[best[1:]] != near.point[best[:-1]]) | (
         near.curve[best[1:]] != near.curve[best[:-1]]
