@@ -72,6 +72,8 @@ ERROR_CODES: dict[str, str] = {
     "SBB327": "no chains to match",
     "SBB328": "chain in several parts",
     "SBB329": "image points without a label",
+    "SBB330": "directions that do not follow their chains",
+    "SBB331": "image points given twice",
     # 4xx: tables
     "SBB401": "table not found or unreadable",
     "SBB402": "missing or unknown column",

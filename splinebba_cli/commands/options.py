@@ -66,6 +66,7 @@ class SchemaChoice(StrEnum):
     project = "project"
     result = "result"
     campaign = "campaign"
+    match = "match"
 
 
 ProjectArgument = Annotated[

@@ -11,11 +11,11 @@ from splinebba_cli.commands.options import FormatOption, OutputFormat, SchemaCho
 
 def schema(
     which: Annotated[
-        SchemaChoice, typer.Argument(metavar="WHICH", help="Of which file: project, result or campaign.")
+        SchemaChoice, typer.Argument(metavar="WHICH", help="Of which file: project, result, campaign or match.")
     ] = SchemaChoice.project,
     format: FormatOption = OutputFormat.text,
 ) -> None:
-    """Print the JSON Schema of the project file, of result.json or of campaign.json; a schema is JSON anyhow."""
+    """Print the JSON Schema of the project file, or of result.json, campaign.json or match.json."""
     from splinebba_cli.project.json_schema import schema_text
 
     print(schema_text(which.value), end="")

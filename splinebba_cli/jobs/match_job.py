@@ -10,14 +10,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
-    from splinebba_cli.core.matching.matches import MatchResult
+    from splinebba_cli.core.matching.matches import MatchResult, Reason
     from splinebba_cli.core.result import Iteration
     from splinebba_cli.project.diagnostics import Diagnostic
     from splinebba_cli.project.loading import LoadedProject
 
 _log = logging.getLogger(__name__)
+IMAGE_WITHOUT_MATCH = "SBB582"
 
 
 @dataclass(frozen=True)
@@ -169,9 +170,24 @@ def require_matches(result: MatchResult) -> None:
     counts = MatchCounts(result).by_reason()
     why = ", ".join(f"{number} {reason_word(reason)}" for reason, number in counts.items())
     message = f"none of the {len(result.given.unlabelled)} image points was matched ({why})"
-    help = (
+    problem = Problem("SBB599", "error", message, "matching", _cure(result, counts))
+    others = (p for p in result.problems if p.severity != "info" and p.code != IMAGE_WITHOUT_MATCH)
+    raise NotSolvableError([*others, problem])
+
+
+def _cure(result: MatchResult, reasons: Mapping[Reason, int]) -> str:
+    """What to look at where nothing was matched."""
+    if not result.given.curves:
+        return (
+            "the project has no spline to match against: declare those that you know, or let splines be built "
+            "(`--new-curves`)"
+        )
+    if reasons and max(reasons, key=lambda reason: reasons[reason]).name == "DIRECTION":
+        return (
+            "are the directions those of the edges, not of their normals, and is `angle_unit` theirs? Without the "
+            "column, directions come from the chains"
+        )
+    return (
         "are the approximate orientations good enough (`matching: position_sigma_m, angle_sigma_deg` say how far they "
         "may be off), and do the chains show the splines of the project? `--new-curves` builds splines from chains"
     )
-    problem = Problem("SBB599", "error", message, "matching", help)
-    raise NotSolvableError([*(p for p in result.problems if p.severity == "error"), problem])

@@ -11,6 +11,7 @@ from splinebba_cli.project.build_cameras import PhotoFrame
 from splinebba_cli.project.build_context import Building, stacked
 from splinebba_cli.project.build_images import ANGLE_FACTORS, ImageRows
 from splinebba_cli.project.build_observations import SIGMA_COLUMNS, group_name, read_measured
+from splinebba_cli.project.chain_checks import check_chain_groups
 from splinebba_cli.project.model_observations import ChainGroup
 from splinebba_cli.project.photo_directions import directions_in_photo
 from splinebba_cli.project.plain_text import id_problem
@@ -82,6 +83,7 @@ def read_chains(building: Building, images: ImageRows, frames: list[PhotoFrame])
             )
         )
     _check_one_table(rows, building)
+    check_chain_groups(building, rows.groups)
     return rows
 
 

@@ -13,6 +13,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
 from splinebba_cli.project.campaign_schema import campaign_schema
+from splinebba_cli.project.match_schema import match_schema
 from splinebba_cli.project.model import Project
 from splinebba_cli.project.result_schema import result_schema
 from splinebba_cli.project.scalars import NUMBER_SCHEMA
@@ -97,6 +98,12 @@ def _flat(alternatives: list[Any]) -> list[Any]:
 
 
 def schema_text(which: str) -> str:
-    """The schema of a ``project``, ``result`` or ``campaign`` file as text."""
-    schema = {"project": project_schema, "result": result_schema, "campaign": campaign_schema}[which]()
+    """The schema of a ``project``, ``result``, ``campaign`` or ``match`` file as text."""
+    schemas = {
+        "project": project_schema,
+        "result": result_schema,
+        "campaign": campaign_schema,
+        "match": match_schema,
+    }
+    schema = schemas[which]()
     return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"

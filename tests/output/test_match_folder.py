@@ -10,17 +10,22 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import numpy as np
 import pytest
 
 from splinebba_cli.core.matching.matches import Matches, MatchResult
+from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.errors import NotSolvableError, OutputError
 from splinebba_cli.jobs import match_job
 from splinebba_cli.jobs.match_job import MatchOptions, MatchOutcome, run_match
+from splinebba_cli.output.json_text import json_text
 from splinebba_cli.output.match_counts import MatchCounts
 from splinebba_cli.output.match_folder import is_match_folder
 from splinebba_cli.output.match_json import load_match_json, match_content
+from splinebba_cli.output.provenance import provenance
 from splinebba_cli.project.loading import LoadedProject, load_project
+from splinebba_cli.project.match_schema import match_schema
 from tests.labelled_chains import LOST, known_matching, street
 
 
@@ -61,6 +66,19 @@ def test_figures_add_up(loaded: LoadedProject) -> None:
     parts = ("chains_matched_whole", "chains_matched_in_part", "chains_unmatched")
     assert sum(counts[part] for part in parts) == counts["chains"]
     assert sum(content["ambiguity"]["points"]) + content["ambiguity"]["alone"] == matched
+
+
+@pytest.mark.parametrize("smallest", [None, 0.5])
+def test_the_published_schema_holds(loaded: LoadedProject, smallest: float | None) -> None:
+    """Every key of match.json is named in its schema, and of its kind."""
+    content = match_content(known_matching(loaded), MatchSettings(), provenance(loaded), smallest)
+    schema = match_schema()
+    jsonschema.Draft202012Validator(schema).validate(json.loads(json_text(content)))
+    for key in ("counts", "ambiguity"):
+        assert set(content[key]) == set(schema["properties"][key]["properties"])
+    for key in ("images", "splines", "history", "new_splines"):
+        assert set(content[key][0]) == set(schema["properties"][key]["items"]["properties"])
+    assert set(content) == set(schema["properties"])
 
 
 def test_images_say_how_they_moved_and_whether_they_are_left(loaded: LoadedProject) -> None:

@@ -22,14 +22,14 @@ def complaints(text: str) -> list[str]:
     return [error.message for error in validator.iter_errors(yaml.safe_load(text))]
 
 
-@pytest.mark.parametrize("which", ["project", "result", "campaign"])
+@pytest.mark.parametrize("which", ["project", "result", "campaign", "match"])
 def test_published_schema_is_up_to_date(which: str) -> None:
-    """To renew: splinebba schema project > schemas/project.schema.json (likewise result, campaign)."""
+    """To renew: splinebba schema project > schemas/project.schema.json (likewise result, campaign, match)."""
     published = (SCHEMAS / f"{which}.schema.json").read_text(encoding="utf-8")
     assert published == schema_text(which)
 
 
-@pytest.mark.parametrize("which", ["project", "result", "campaign"])
+@pytest.mark.parametrize("which", ["project", "result", "campaign", "match"])
 def test_schema_is_a_schema(which: str) -> None:
     jsonschema.Draft202012Validator.check_schema(json.loads(schema_text(which)))
 

@@ -16,8 +16,9 @@ from splinebba_cli.output.match_json import match_content
 from splinebba_cli.output.provenance import provenance
 from splinebba_cli.project.loading import LoadedProject, load_project
 from splinebba_cli.report.blocks import Table
-from splinebba_cli.report.match_headline import match_verdict, percent
-from splinebba_cli.report.match_panels import SHOWN, match_images
+from splinebba_cli.report.match_headline import match_facts, match_verdict, percent
+from splinebba_cli.report.match_panels import SHOWN, panels_of
+from splinebba_cli.report.match_panels_svg import match_images
 from splinebba_cli.report.match_report import write_match_reports
 from splinebba_cli.report.match_sections import REASONS, build_match_report
 from splinebba_cli.report.projected_curves import SAMPLES, ProjectedCurves
@@ -41,6 +42,10 @@ def content_of(loaded: LoadedProject, result: MatchResult, smallest: float | Non
 @pytest.fixture(scope="module")
 def content(loaded: LoadedProject, result: MatchResult) -> dict[str, Any]:
     return content_of(loaded, result)
+
+
+def drawn_page(result: MatchResult, images: list[dict[str, Any]]) -> str:
+    return match_images(panels_of(result, images), images, new=True)
 
 
 def test_every_reason_has_words() -> None:
@@ -103,10 +108,25 @@ def test_the_page_draws_chains_curves_gate_and_ambiguity(
     assert "MATCHED, BUT NOT IN EVERY IMAGE" in text and "Gate history" in text
 
 
+def test_little_matched_asks_whether_that_is_right(content: dict[str, Any]) -> None:
+    little = {**content, "counts": {**content["counts"], "share": 0.1}}
+    assert "not as declared" in match_verdict(little).detail
+    assert "not as declared" not in match_verdict(content).detail
+    every = [{**image, "in_matched_project": True} for image in content["images"]]
+    opinion = match_verdict({**little, "images": every})
+    assert (opinion.tone, opinion.headline) == ("warning", "Little was matched")
+
+
+def test_splines_found_are_those_of_the_project(content: dict[str, Any]) -> None:
+    """One of the eight kerbs plays a new spline."""
+    (fact,) = [item for item in match_facts(content).items if item.label == "Splines found"]
+    assert (fact.value, fact.note) == ("7", "of 7 of the project")
+
+
 def test_of_many_images_those_with_the_smallest_share_are_shown(
     content: dict[str, Any], result: MatchResult
 ) -> None:
-    order = re.findall(r"Image <strong>(\w+)</strong>", match_images(result, content["images"]))
+    order = re.findall(r"Image <strong>(\w+)</strong>", drawn_page(result, content["images"]))
     share = {image["id"]: image["share"] for image in content["images"]}
     assert order == sorted(order, key=lambda id: share[id]) and order[0] == LOST and len(order) <= SHOWN
 
@@ -122,7 +142,7 @@ def test_names_of_the_user_are_escaped(loaded: LoadedProject) -> None:
     result = replace(given, given=named.network)
     curves = tuple(replace(curve, id=f"{hostile}{curve.id}") for curve in given.network.curves)
     result = replace(result, network=replace(given.network, curves=curves))
-    drawn = match_images(result, content_of(loaded, given)["images"])
+    drawn = drawn_page(result, content_of(loaded, given)["images"])
     assert "<script" not in drawn and "&lt;script" in drawn
 
 

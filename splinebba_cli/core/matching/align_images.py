@@ -112,6 +112,6 @@ def _ambiguous(name: str, found: Alignment) -> Problem:
         f"image `{name}`: two orientations inside its prior bring its points equally near to the curves "
         f"({found.inliers} points); it stays as given",
         f"image `{name}`",
-        "give a better approximate orientation (`position_sigma_m`, `angle_sigma`), trace edges as chains, "
+        "give a better approximate orientation (`position_sigma_m`, `angle_sigma_deg`), trace edges as chains, "
         "or measure some control points in it",
     )

@@ -101,7 +101,7 @@ def _empty_images(context: LoopContext, seen: IntArray) -> list[Problem]:
             "warning",
             f"image `{ids[k]}`: none of its {int((image == k).sum())} unlabelled points follows a curve",
             f"image `{ids[k]}`",
-            "look at its approximate orientation, and how far it may be off (`position_sigma_m`, `angle_sigma`); "
+            "look at its approximate orientation, and how far it may be off (`position_sigma_m`, `angle_sigma_deg`); "
             "does the project have curves where it looks?",
         )
         for k in np.flatnonzero(has_points & (seen == 0))

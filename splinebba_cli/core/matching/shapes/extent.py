@@ -16,6 +16,7 @@ from splinebba_cli.core.network import Curve, FloatArray
 
 STEP = 6.0  # spacings of points by which a curve is carried on at once
 SHORTEST = 0.3  # end segments, of the mean segment: a knot closer to the new end is left out
+SAME = 1e-6  # distance of links below which they are one place, a point given twice: they say nothing about spacings
 
 
 def extended(draft: Draft) -> Draft:
@@ -65,7 +66,7 @@ def point_spacing(draft: Draft) -> FloatArray:
     order = np.lexsort((draft.state.location, draft.links.image, draft.links.curve))
     curve, image = draft.links.curve[order], draft.links.image[order]
     step = np.diff(draft.state.location[order])
-    inside = (np.diff(curve) == 0) & (np.diff(image) == 0)
+    inside = (np.diff(curve) == 0) & (np.diff(image) == 0) & (step > SAME)
     found = np.full(len(draft.curves), np.nan)
     for k in np.unique(curve[1:][inside]):
         found[k] = np.median(step[inside & (curve[1:] == k)])
