@@ -124,7 +124,7 @@ def _unclear(name: str, found: Alignment) -> Problem:
             f"image `{name}`: two orientations inside its prior bring its points equally near to the curves "
             f"({found.inliers} of {found.points} points); it stays as given",
             f"image `{name}`",
-            "give a better approximate orientation (`position_sigma_m`, `angle_sigma`), trace edges as chains, "
+            "give a better approximate orientation (`position_sigma_m`, `angle_sigma_deg`), trace edges as chains, "
             "or measure some control points in it",
         )
     return Problem(
@@ -133,6 +133,6 @@ def _unclear(name: str, found: Alignment) -> Problem:
         f"image `{name}`: no orientation inside its prior brings enough of its points onto curves "
         f"(at best {found.inliers} of {found.points}); it stays as given",
         f"image `{name}`",
-        "look at its approximate orientation, and how far it may be off (`position_sigma_m`, `angle_sigma`); "
+        "look at its approximate orientation, and how far it may be off (`position_sigma_m`, `angle_sigma_deg`); "
         "does the project have curves where it looks?",
     )
