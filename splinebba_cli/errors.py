@@ -144,6 +144,7 @@ ERROR_CODES: dict[str, str] = {
     "SBB581": "two orientations fit equally well",
     "SBB582": "no point of an image follows a curve",
     "SBB583": "no adjustment with the matched points",
+    "SBB584": "no orientation brings the points of an image onto curves",
     "SBB601": "results cannot be written",
     "SBB602": "not a result folder",
     "SBB603": "the file or folder exists",

@@ -27,33 +27,44 @@ CAUTION = 4.0  # times the variances of an alignment
 
 
 def aligned(
-    context: LoopContext, progress: Progress
+    context: LoopContext, progress: Progress, images: BoolArray
 ) -> tuple[LoopContext, Progress, tuple[Problem, ...]]:
-    """Progress with images aligned where that is needed, guessed priors as wide as that took, what is ambiguous."""
+    """Images aligned where that is needed.
+
+    Parameters
+    ----------
+    images : (m,) that are looked at
+
+    Returns
+    -------
+    context : with guessed priors as wide as that took; points of images that fit in no clear way are not usable
+    progress : with their orientations
+    problems : about these images
+    """
     scene = context.scene(progress.state)
     views = ImageViews.of(context, scene)
     generator = np.random.default_rng(context.settings.seed)
     problems: list[Problem] = []
     prior = context.start.prior
-    state, eop = progress.state, progress.uncertainty.eop.copy()
+    state, eop = progress.state, progress.uncertainty.eop * progress.uncertainty.inflation
     rotation, position = state.rotation.copy(), state.position.copy()
     spread = progress.uncertainty.largest_in_photo(scene)
-    wanted = _doubtful(context, scene, spread) | context.start.prior.guessed
-    for image in np.unique(scene.image[context.usable & wanted[scene.image]]).tolist():
+    wanted = images & (_doubtful(context, scene, spread) | prior.guessed)
+    blocked = context.blocked & ~images
+    for image in np.unique(scene.image[context.oriented & wanted[scene.image]]).tolist():
         found, widening = _best(context, views, image, float(spread[image]), eop[image], generator)
-        if found is None:
-            continue
         name = context.network.images.ids[image]
-        if not found.clear:
-            problems.append(_ambiguous(name, found))
+        if found is None or not found.clear:
+            blocked[image] = True
+            problems += [] if found is None else [_unclear(name, found)]
             continue
         rotation[image], position[image] = found.pose.rotation, found.pose.position
         eop[image] = CAUTION * found.dispersion
         prior = prior.widened(image, max(widening, 1.0), context.network.images)
-        _log.info("image %s aligned: %d points follow curves", name, found.inliers)
+        _log.info("image %s aligned: %d of %d points follow curves", name, found.inliers, found.points)
     state = replace(state, rotation=rotation, position=position)
-    context = replace(context, start=context.start.with_prior(prior))
-    uncertainty = replace(progress.uncertainty, eop=eop)
+    context = replace(context, start=context.start.with_prior(prior), blocked=blocked)
+    uncertainty = replace(progress.uncertainty, eop=eop, inflation=1.0)
     return context, replace(progress, state=state, uncertainty=uncertainty), tuple(problems)
 
 
@@ -65,7 +76,7 @@ def _doubtful(context: LoopContext, scene: Scene, spread: FloatArray) -> BoolArr
     spread : (m,) mm, standard deviation of projected curves
     """
     images = len(spread)
-    usable = np.flatnonzero(context.usable)
+    usable = np.flatnonzero(context.oriented)
     order = usable[np.argsort(scene.image[usable], kind="stable")]
     count = np.bincount(scene.image[order], minlength=images)
     number = np.arange(len(order)) - np.repeat(np.cumsum(count) - count, count)
@@ -105,13 +116,23 @@ def _best(
     return best, taken
 
 
-def _ambiguous(name: str, found: Alignment) -> Problem:
+def _unclear(name: str, found: Alignment) -> Problem:
+    if found.enough:
+        return Problem(
+            "SBB581",
+            "warning",
+            f"image `{name}`: two orientations inside its prior bring its points equally near to the curves "
+            f"({found.inliers} of {found.points} points); it stays as given",
+            f"image `{name}`",
+            "give a better approximate orientation (`position_sigma_m`, `angle_sigma_deg`), trace edges as chains, "
+            "or measure some control points in it",
+        )
     return Problem(
-        "SBB581",
+        "SBB584",
         "warning",
-        f"image `{name}`: two orientations inside its prior bring its points equally near to the curves "
-        f"({found.inliers} points); it stays as given",
+        f"image `{name}`: no orientation inside its prior brings enough of its points onto curves "
+        f"(at best {found.inliers} of {found.points}); it stays as given",
         f"image `{name}`",
-        "give a better approximate orientation (`position_sigma_m`, `angle_sigma_deg`), trace edges as chains, "
-        "or measure some control points in it",
+        "look at its approximate orientation, and how far it may be off (`position_sigma_m`, `angle_sigma_deg`); "
+        "does the project have curves where it looks?",
     )

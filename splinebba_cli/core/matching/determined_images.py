@@ -37,6 +37,18 @@ def undetermined_images(context: LoopContext, progress: Progress) -> tuple[BoolA
     return weak, tuple(problems)
 
 
+def determined_by_labels(context: LoopContext, progress: Progress) -> BoolArray:
+    """Images (m,) whose labelled points determine their orientation better than the prior in every direction."""
+    prior = context.start.prior
+    rows = progress.labels.rows
+    seen = np.bincount(context.network.unlabelled.image[rows], minlength=len(prior.known)) > 0
+    determined = seen & prior.known
+    for image in np.flatnonzero(determined).tolist():
+        after = progress.uncertainty.inflation * progress.uncertainty.eop[image]
+        determined[image] = _left(prior.dispersion[image], after)[0] <= LEFT
+    return determined
+
+
 def _left(prior: FloatArray, after: FloatArray) -> tuple[float, FloatArray]:
     """Largest share of a prior variance that is left, and its direction (6,) in theta, X0."""
     value, vector = np.linalg.eigh(prior)

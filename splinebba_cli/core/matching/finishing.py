@@ -56,7 +56,7 @@ def finished(
     """
     start = context.start
     weak, named = undetermined_images(context, progress)
-    network = without_assumed(start.network, start.prior, weak)
+    network = without_assumed(start.network, start.prior, weak | _without_measurements(context, progress))
     gross = np.zeros(len(context.usable), dtype=bool)
     found, solved, kept = context.label(progress, curves), None, start.known
     for _ in range(GROSS_ROUNDS):
@@ -65,9 +65,8 @@ def finished(
         if not len(labels.rows):
             break
         solved = context.adjust(progress, kept, network, ITERATIONS, robust=False)
-        if solved is None and not weak.all():  # something is not determined without the assumed priors
-            weak = start.prior.known.copy()
-            network = without_assumed(start.network, start.prior, weak)
+        if solved is None and network is not start.network:  # not determined without the assumed priors
+            weak, network = start.prior.known.copy(), start.network
             solved = context.adjust(progress, kept, network, ITERATIONS, robust=False)
         if solved is None:
             break
@@ -91,10 +90,23 @@ def finished(
     )
 
 
+def _without_measurements(context: LoopContext, progress: Progress) -> BoolArray:
+    """Images (m,) that nothing but their prior holds."""
+    network, points = context.start.network, context.network.unlabelled
+    image: IntArray = np.concatenate(
+        [
+            network.point_observations.image,
+            network.curve_observations.image,
+            points.image[progress.labels.rows],
+        ]
+    )
+    return np.asarray(np.bincount(image, minlength=len(context.blocked)) == 0)
+
+
 def _empty_images(context: LoopContext, seen: IntArray) -> list[Problem]:
     """Warnings about images none of whose unlabelled points follows a curve."""
     ids, image = context.network.images.ids, context.network.unlabelled.image[context.usable]
-    has_points = np.bincount(image, minlength=len(ids)) > 0
+    has_points = (np.bincount(image, minlength=len(ids)) > 0) & ~context.blocked
     return [
         Problem(
             "SBB582",
@@ -150,6 +162,7 @@ def _matches(context: LoopContext, found: LabelRound, gross: BoolArray) -> Match
     out = gross & (matches.curve >= 0)
     reason[out] = Reason.GROSS
     reason[~context.start.prior.known[context.network.unlabelled.image]] = Reason.NOT_ORIENTED
+    reason[context.blocked[context.network.unlabelled.image]] = Reason.AMBIGUOUS
     reason[context.excluded] = Reason.EXCLUDED
     none = reason != Reason.MATCHED
     return replace(

@@ -31,6 +31,7 @@ LAST_SCALE = 2.5  # sigma
 SAME = 3.0  # sigma of a point: mean distance of the projections of two poses that are one
 CLEAR_GAIN = 10.0
 CLEAR_SHARE = 0.1  # of the gain of the best, by which the next one must be worse
+FEWEST, LEAST_SHARE = 12, 0.2  # points, and share of the points of an image, that must follow curves
 SETTLED = 0.02  # sigma, of a step in the photo
 
 
@@ -43,12 +44,18 @@ class Alignment:
     gain: float
     runner_up: float  # gain of the best other pose, 0 where there is none
     inliers: int
+    points: int  # that took part
     scale: float  # robust standard deviation of whitened distances
 
     @property
+    def enough(self) -> bool:
+        """Whether enough points follow curves."""
+        return self.inliers >= max(FEWEST, LEAST_SHARE * self.points)
+
+    @property
     def clear(self) -> bool:
-        """Whether no other pose is nearly as good."""
-        return self.gain - self.runner_up > max(CLEAR_GAIN, CLEAR_SHARE * self.gain)
+        """Whether enough points follow curves, and no other pose is nearly as good."""
+        return self.enough and self.gain - self.runner_up > max(CLEAR_GAIN, CLEAR_SHARE * self.gain)
 
 
 def align_image(view: ImageView, dispersion: FloatArray, generator: np.random.Generator) -> Alignment | None:
@@ -81,7 +88,7 @@ def align_image(view: ImageView, dispersion: FloatArray, generator: np.random.Ge
 def _starts(view: ImageView, start: Pose, window: ShiftWindow, generator: np.random.Generator) -> list[Pose]:
     """The prior itself and the poses with most votes."""
     found: list[tuple[float, Pose]] = []
-    for shape in window.shapes(view.seen(start)):
+    for shape in window.shapes():
         turned = start.moved(shape)
         shifts, votes = likely_shifts(view, view.seen(turned), window, generator)
         found += [
@@ -114,7 +121,9 @@ def _gain_of(across: FloatArray, scale: FloatArray, span: float) -> float:
 def _apart(view: ImageView, first: Pose, second: Pose) -> float:
     """Root mean square distance of the samples as two poses see them, mm."""
     difference = view.seen(first).xy - view.seen(second).xy
-    return float(np.sqrt(np.nanmean(np.sum(difference**2, axis=1))))
+    square = np.sum(difference**2, axis=1)
+    square = square[np.isfinite(square)]
+    return float(np.sqrt(square.mean())) if len(square) else np.inf
 
 
 @dataclass(frozen=True)
@@ -183,6 +192,7 @@ def _decided(view: ImageView, refined: list[_Refined], span: float, dispersion: 
         gain=gains[order[0]][0],
         runner_up=max(others, default=0.0),
         inliers=gains[order[0]][1],
+        points=len(view.xy),
         scale=best.scale,
     )
 

@@ -44,7 +44,7 @@ class ImageViews:
     def view(self, image: int, spread: float) -> ImageView:
         """Of one image whose curves may be off by a standard deviation, mm."""
         scene = self.scene
-        rows = np.flatnonzero((scene.image == image) & self.context.usable)
+        rows = np.flatnonzero((scene.image == image) & self.context.oriented)
         if len(rows) > POINTS:
             rows = rows[np.linspace(0, len(rows) - 1, POINTS).astype(np.int64)]
         sigma = 1.0 / np.sqrt(np.abs(np.linalg.det(scene.whitening[rows])))

@@ -20,13 +20,17 @@ import numpy as np
 
 from splinebba_cli.core.estimation.gauss_markov import Observer
 from splinebba_cli.core.matching.align_images import aligned
+from splinebba_cli.core.matching.determined_images import determined_by_labels
 from splinebba_cli.core.matching.finishing import Known, finished
 from splinebba_cli.core.matching.label_round import LabelRound
 from splinebba_cli.core.matching.loop_context import LoopContext, Progress
 from splinebba_cli.core.matching.matches import GateStep
+from splinebba_cli.core.matching.orientation_prior import with_prior
 from splinebba_cli.core.matching.round_adjustment import Round
 from splinebba_cli.core.matching.settings import MatchSettings
+from splinebba_cli.core.matching.shape_gates import with_shape_gates
 from splinebba_cli.core.network import BoolArray, Network
+from splinebba_cli.core.result import Problem
 from splinebba_cli.core.state import State
 
 _log = logging.getLogger(__name__)
@@ -54,15 +58,33 @@ def match_known_curves(
     """
     context = LoopContext.of(network, settings, observer)
     progress = _with_given(context, context.begin())
-    context, progress, problems = aligned(context, progress)
+    context, progress, problems = aligned(context, progress, np.ones(len(network.images.ids), dtype=bool))
     history: list[GateStep] = []
-    curves = context.start.known
+    curves, none = context.start.known, np.zeros(len(network.images.ids), dtype=bool)
     if curves.any():
-        progress = _stage(context, progress, "known curves", curves, history)
+        progress = _stage(context, progress, "known curves", curves, none, history)
+        context, progress, problems = _held_by_neighbours(context, progress, problems, history)
     if (context.start.shaped & ~curves).any():
+        settled = determined_by_labels(context, progress)
         curves = context.start.shaped
-        progress = _stage(context, progress, "all curves", curves, history)
+        progress = with_shape_gates(context, progress)
+        progress = _stage(context, progress, "all curves", curves, settled, history)
     return finished(context, progress, curves, tuple(history), problems)
+
+
+def _held_by_neighbours(
+    context: LoopContext, progress: Progress, problems: tuple[Problem, ...], history: list[GateStep]
+) -> tuple[LoopContext, Progress, tuple[Problem, ...]]:
+    """Images that were not clear alone, looked at again with what the adjustment now knows of them."""
+    network = context.start.network
+    if not context.blocked.any() or not len(network.point_observations) + len(network.curve_observations):
+        return context, progress, problems
+    before = context.blocked
+    context, progress, problems = aligned(context, progress, before)
+    if (before & ~context.blocked).any():
+        none = np.zeros(len(before), dtype=bool)
+        progress = _stage(context, progress, "known curves, again", context.start.known, none, history)
+    return context, progress, problems
 
 
 def _with_given(context: LoopContext, progress: Progress) -> Progress:
@@ -76,10 +98,17 @@ def _with_given(context: LoopContext, progress: Progress) -> Progress:
 
 
 def _stage(
-    context: LoopContext, progress: Progress, name: str, curves: BoolArray, history: list[GateStep]
-) -> Progress:
-    """Rounds of labels and adjustments with some of the curves until nothing changes."""
+    context: LoopContext, progress: Progress, name: str, curves: BoolArray, held: BoolArray,
+    history: list[GateStep],
+) -> Progress:  # fmt: skip
+    """Rounds of labels and adjustments with some of the curves until nothing changes.
+
+    Parameters
+    ----------
+    held : (m,) images whose orientation is held as long as many labels change
+    """
     still = 0
+    holding = with_prior(context.start.network, context.start.prior, held | ~context.start.prior.known)
     for number in range(1, context.settings.rounds + 1):
         found = context.label(progress, curves)
         labels, kept = context.taken(found.matches.curve, found.matches.location, curves)
@@ -88,9 +117,11 @@ def _stage(
         progress = replace(progress, labels=labels)
         solved = None
         if len(labels.rows):
-            robust = number <= ROBUST_ROUNDS or share > STEADY
+            moving = number > 1 and share <= STEADY
+            network = context.start.network if moving or not held.any() else holding
             part = replace(progress, labels=context.thinned(labels, POINTS))
-            solved = context.adjust(part, kept, context.start.network, ITERATIONS, robust=robust)
+            robust = number <= ROBUST_ROUNDS or share > STEADY
+            solved = context.adjust(part, kept, network, ITERATIONS, robust=robust)
         history.append(_step(context, name, number, found, changed, solved, progress.state))
         if solved is None:
             break

@@ -49,7 +49,8 @@ class LoopContext:
     prepared: Prepared
     start: Start
     settings: MatchSettings
-    usable: BoolArray  # (n,) points that may get a label
+    oriented: BoolArray  # (n,) points that are not taken out, in images with an orientation
+    blocked: BoolArray  # (m,) images whose orientation is too rough to match single points
     excluded: BoolArray  # (n,) points that the user has taken out
     observer: Observer | None
 
@@ -61,8 +62,14 @@ class LoopContext:
         start = loop_start(network, prepared, orientation_prior(network, settings, distance))
         points = network.unlabelled
         excluded = np.zeros(len(points), dtype=bool) if points.excluded is None else points.excluded
-        usable = ~excluded & start.prior.known[points.image]
-        return cls(network, prepared, start, settings, usable, excluded, observer)
+        oriented = ~excluded & start.prior.known[points.image]
+        blocked = np.zeros(len(network.images.ids), dtype=bool)
+        return cls(network, prepared, start, settings, oriented, blocked, excluded, observer)
+
+    @property
+    def usable(self) -> BoolArray:
+        """Points that may get a label, (n,)."""
+        return self.oriented & ~self.blocked[self.network.unlabelled.image]
 
     def begin(self) -> Progress:
         """Before anything is matched."""

@@ -18,8 +18,8 @@ from splinebba_cli.core.matching.matches import MatchResult
 from splinebba_cli.core.matching.new_curves import WithNewCurves, with_new_curves
 from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.core.network import Curve, FloatArray, Network
-from splinebba_cli.core.result import Problem
 from splinebba_cli.core.quality.orientation_dispersion import eop_dispersion
+from splinebba_cli.core.result import Problem
 from splinebba_cli.core.state import prepare
 
 _log = logging.getLogger(__name__)

@@ -136,6 +136,8 @@ def _uncertainty(problem: RoundNetwork, found: _Solved, before: Uncertainty) -> 
     nodes = np.arange(count)
     mask = solved.assembler.layout.image_mask
     eop = np.asarray(factor.selected_inverse().blocks(nodes, nodes)) * mask[:, :, None] * mask[:, None, :]
+    held = ~mask.any(axis=1)
+    eop[held] = before.eop[held] * before.inflation
     free = bool(solved.assembler.layout.coefficient_mask.any())
     cofactors = CurveCofactors.of(problem.adjusted, found.prepared, solved) if free else None
     return replace(before, eop=eop, cofactors=cofactors)

@@ -27,7 +27,8 @@ REACH = 3.0  # standard deviations of the prior that are searched
 FINEST = 4.0  # sigma of a point: the smallest cell
 CELLS = 100  # of the window, across
 SHIFTS = 8  # places of a grid of one shape
-MOST_SHAPES = 45
+MOST_SHAPES = 75
+COARSER = 1.2
 PAIRS = 300_000
 FEWEST_SAMPLES = 4
 
@@ -40,6 +41,9 @@ class ShiftWindow:
     mean_jacobian: FloatArray  # (2, 6)
     half: FloatArray  # (2,) mm
     cell: float  # mm
+    root: FloatArray  # (6, 6) of what remains when the shift is known
+    size: FloatArray  # (6,) mm, of its modes at one standard deviation, root mean square over the samples
+    modes: FloatArray  # (6, 6) one a row
 
     @classmethod
     def of(cls, seen: SeenSamples, dispersion: FloatArray, sigma: float) -> ShiftWindow | None:
@@ -49,30 +53,38 @@ class ShiftWindow:
             return None
         mean = jacobian.mean(axis=0)
         half = REACH * np.sqrt(np.maximum(np.diag(mean @ dispersion @ mean.T), 0.0))
-        return cls(dispersion, mean, half, max(FINEST * sigma, 2.0 * float(half.max()) / CELLS))
+        cell = max(FINEST * sigma, 2.0 * float(half.max()) / CELLS)
+        root, size, modes = _shape_modes(jacobian, mean, dispersion)
+        while _number(size, cell) > MOST_SHAPES:
+            cell *= COARSER
+        return cls(dispersion, mean, half, cell, root, size, modes)
 
     def step_for(self, shift: FloatArray) -> FloatArray:
         """Most probable step (6,) of an orientation that moves all curves by a shift (2,)."""
         cross = self.dispersion @ self.mean_jacobian.T
         return np.asarray(cross @ np.linalg.lstsq(self.mean_jacobian @ cross, shift, rcond=1e-9)[0])
 
-    def shapes(self, seen: SeenSamples) -> Iterator[FloatArray]:
+    def shapes(self) -> Iterator[FloatArray]:
         """Steps (6,) that turn and scale the image, on a grid inside the prior; the first one is none."""
-        cross = self.dispersion @ self.mean_jacobian.T
-        rest = self.dispersion - cross @ np.linalg.pinv(self.mean_jacobian @ cross, rcond=1e-9) @ cross.T
-        value, vector = np.linalg.eigh(0.5 * (rest + rest.T))
-        root = vector * np.sqrt(np.maximum(value, 0.0))
-        jacobian = seen.orientation[np.isfinite(seen.xy).all(axis=1)]
-        moves = np.einsum("nij,jk->nik", jacobian, root).reshape(-1, 6)
-        _, size, modes = np.linalg.svd(moves / np.sqrt(len(jacobian)), full_matrices=False)
-        cell = self.cell
-        while True:
-            grids = [_grid(float(s), cell) for s in size]
-            if np.prod([len(grid) for grid in grids]) <= MOST_SHAPES:
-                break
-            cell *= 1.2
-        for amounts in product(*grids):
-            yield root @ (np.array(amounts) @ modes)
+        for amounts in product(*(_grid(float(s), self.cell) for s in self.size)):
+            yield self.root @ (np.array(amounts) @ self.modes)
+
+
+def _shape_modes(
+    jacobian: FloatArray, mean: FloatArray, dispersion: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Root of S_r, and the modes in which it moves samples: their sizes (6,) mm and directions (6, 6)."""
+    cross = dispersion @ mean.T
+    rest = dispersion - cross @ np.linalg.pinv(mean @ cross, rcond=1e-9) @ cross.T
+    value, vector = np.linalg.eigh(0.5 * (rest + rest.T))
+    root = vector * np.sqrt(np.maximum(value, 0.0))
+    moves = np.einsum("nij,jk->nik", jacobian, root).reshape(-1, 6)
+    _, size, modes = np.linalg.svd(moves / np.sqrt(len(jacobian)), full_matrices=False)
+    return root, size, modes
+
+
+def _number(size: FloatArray, cell: float) -> int:
+    return int(np.prod([len(_grid(float(s), cell)) for s in size]))
 
 
 def _grid(size: float, cell: float) -> FloatArray:

@@ -48,7 +48,9 @@ class CurveCofactors:
     def variance(self, curve: IntArray, u: FloatArray, h: FloatArray) -> FloatArray:
         """h' S h of curve points, (k,) mm^2; curve numbers of the adjusted ones, h (k, 3) mm/m."""
         segment, t = self.curves.locate(curve, u)
-        g = (self.curves.weights(segment, t)[:, :, None] * h[:, None, :]).reshape(len(u), -1)
+        g = (self.curves.weights(segment, t)[:, :, None] * h[:, None, :]).reshape(
+            len(u), self.window.shape[1]
+        )
         return np.asarray(
             np.maximum(np.sum(np.matmul(g[:, None, :], self.window[segment])[:, 0] * g, axis=1), 0.0)
         )

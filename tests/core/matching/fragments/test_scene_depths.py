@@ -71,6 +71,16 @@ def test_depths_are_narrowed_where_chains_crowd() -> None:
     assert close.middle * MM == pytest.approx(985.0, abs=40.0)
 
 
+def test_depths_are_found_in_a_long_strip() -> None:
+    """Bases of three kilometres leave depths of a hundred kilometres open; neighbours see the same at one of them."""
+    views, chains, frames, scene = prepared(chain_block(10, 1, 60).network)
+    assert (scene.limits[:, 1] > 50.0 * scene.limits[:, 0]).all()
+    close = narrowed(views, chains, frames, scene, 3.3)
+    assert close.middle[1:-1] * MM == pytest.approx(985.0, abs=40.0)
+    partners = partner_images(views, chains, frames, close)
+    assert all({k - 1, k + 1} <= set(partners[k]) for k in range(1, 9))
+
+
 def test_agreement_by_chance_is_told_from_a_crowd() -> None:
     """Chance spreads evenly over inverse depth; the crowd is between 9.7 and 10 m."""
     generator = np.random.default_rng(1)
