@@ -105,17 +105,21 @@ def likely_shifts(
     share = np.sqrt(min(1.0, PAIRS / max(len(visible) * len(view.xy), 1)))
     points = _thinned(len(view.xy), share, generator)
     visible = visible[_thinned(len(visible), share, generator)]
-    shift = view.xy[points][:, None] - seen.xy[visible]
     size = np.ceil(window.half / window.cell).astype(np.int64)
-    place = np.rint(shift / window.cell).astype(np.int64) + size
     shape = 2 * size + 1
-    inside = ((place >= 0) & (place < shape)).all(axis=2)
+    # one coordinate after the other: arrays of pairs are large, and a last axis of two is slow
+    column, row = (
+        np.rint(np.subtract.outer(view.xy[points, k], seen.xy[visible, k]) / window.cell).astype(np.int32)
+        + size[k]
+        for k in (0, 1)
+    )
+    inside = (column >= 0) & (column < shape[0]) & (row >= 0) & (row < shape[1])
     angle = view.angle[points]
     if np.isfinite(angle).any():
         along = np.stack([np.cos(angle), np.sin(angle)], axis=1)
         sine = np.abs(along[:, :1] * seen.direction[visible, 1] - along[:, 1:] * seen.direction[visible, 0])
         inside &= np.isnan(angle)[:, None] | (sine <= np.sin(view.direction_tolerance))
-    flat = place[inside] @ np.array([shape[1], 1])
+    flat = column[inside] * shape[1] + row[inside]
     votes = np.bincount(flat, minlength=int(shape.prod())).astype(float).reshape(shape)
     votes = gaussian_filter(votes, 1.0, mode="constant")
     peaks = np.flatnonzero(((votes == maximum_filter(votes, 5)) & (votes > 0.0)).ravel())
