@@ -108,7 +108,7 @@ def adjust(sample: Sample, output: Path) -> Result:
         result = run("match", project, "-o", matched, "--format", "json", "-q", "--no-html")
         if result.exit_code:
             return result
-        project = matched / "matched.yaml"
+        return run("adjust", matched / "matched.yaml", "-o", output, "--format", "json", "-q", "--no-html")
     return run("adjust", project, "-o", output, "--format", "json", "-q")
 
 

@@ -12,10 +12,12 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+import jsonschema
 import numpy as np
 import pytest
 from scipy.special import chdtri
 
+from splinebba_cli.project.match_schema import match_schema
 from tests.cli.test_sample_projects import EOP, differences
 from tests.regenerate_expected import SAMPLES, adjust
 
@@ -65,6 +67,12 @@ def test_orientations_are_as_good_as_reported(folder: Path, truth: dict[str, Any
     ]
     assert np.abs(error).max() < math.sqrt(chdtri(1, 1e-5 / error.size))
     assert chdtri(6, 1.0 - 1e-5) / 6 < np.mean(error**2) < chdtri(6, 1e-5) / 6
+
+
+def test_match_json_is_as_published(folder: Path) -> None:
+    content = json.loads((folder / "matched" / "match.json").read_text(encoding="utf-8"))
+    jsonschema.Draft202012Validator(match_schema()).validate(content)
+    assert content["new_splines"] and content["images"][0]["sigma"]["x"] > 0.0
 
 
 def test_same_results_as_expected(folder: Path) -> None:

@@ -63,12 +63,13 @@ def weak_parts(seen: Seen, usual: float) -> tuple[WeakPart, ...]:
     weak = seen.sigma > WEAK * usual
     kind = np.where(seen.images < 2, 1, np.where(weak, 2, np.where(seen.images == 2, 3, 0)))
     names = {1: "bridged", 2: "epipolar", 3: "two_images"}
+    half = 0.5 * float(seen.location[1] - seen.location[0])  # a place stands for the stretch about it
     found = []
     for first, stop in _runs(kind):
         if kind[first]:
             found.append(
                 WeakPart(
-                    float(seen.location[first]), float(seen.location[stop - 1]), names[int(kind[first])],
+                    float(seen.location[first]) - half, float(seen.location[stop - 1]) + half, names[int(kind[first])],
                     float(seen.sigma[first:stop].max()),
                 )
             )  # fmt: skip
