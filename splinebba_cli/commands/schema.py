@@ -11,7 +11,8 @@ from splinebba_cli.commands.options import FormatOption, OutputFormat, SchemaCho
 
 def schema(
     which: Annotated[
-        SchemaChoice, typer.Argument(metavar="WHICH", help="Of which file: project, result, campaign or match.")
+        SchemaChoice,
+        typer.Argument(metavar="WHICH", help="Of which file: project, result, campaign or match."),
     ] = SchemaChoice.project,
     format: FormatOption = OutputFormat.text,
 ) -> None:

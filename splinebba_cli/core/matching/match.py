@@ -10,9 +10,9 @@ import numpy as np
 
 from splinebba_cli.core.curves.registry import basis_of, lasting_parameters
 from splinebba_cli.core.estimation.gauss_markov import Observer
-from splinebba_cli.core.matching.finishing import Known
-from splinebba_cli.core.matching.free_orientation import orient_freely
-from splinebba_cli.core.matching.known_curves import match_known_curves
+from splinebba_cli.core.matching.free_orientation.orient_freely import orient_freely
+from splinebba_cli.core.matching.known_curves.finishing import Known
+from splinebba_cli.core.matching.known_curves.loop import match_known_curves
 from splinebba_cli.core.matching.labelled_network import with_labels
 from splinebba_cli.core.matching.matches import MatchResult
 from splinebba_cli.core.matching.new_curves import WithNewCurves, with_new_curves

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from splinebba_cli.core.matching.candidates import Candidates, find_candidates
+from splinebba_cli.core.matching.candidates.search import Candidates, find_candidates
 from splinebba_cli.core.matching.scene import Scene
 from splinebba_cli.core.matching.shapes.draft import Draft, draft_of
 from splinebba_cli.core.network import FloatArray, IntArray, Network
