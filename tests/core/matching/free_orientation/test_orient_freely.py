@@ -17,9 +17,9 @@ from benchmarks.free_orientation_scenes import (
 )
 from splinebba_cli.core.camera.collinearity import project
 from splinebba_cli.core.camera.rotation import rotation_from_vector
+from splinebba_cli.core.matching.free_orientation import search
 from splinebba_cli.core.matching.free_orientation.chains import image_chains
 from splinebba_cli.core.matching.free_orientation.orient_freely import orient_freely
-from splinebba_cli.core.matching.free_orientation import search
 from splinebba_cli.core.matching.free_orientation.places import KnownCurves
 from splinebba_cli.core.matching.free_orientation.prior import PriorFilter
 from splinebba_cli.core.matching.free_orientation.refinement import Refiner
