@@ -67,7 +67,7 @@ def read_chains(building: Building, images: ImageRows, frames: list[PhotoFrame])
             building.unread.add("observations")
             continue
         measured = read_measured(table, group, path, building, images, frames)
-        chain, ids = _chains(table, measured.image, building)
+        chain, ids = _chains(table, building)
         direction = _directions(table, group, path, building)
         rows.groups.append(
             ChainGroupRows(
@@ -87,14 +87,15 @@ def read_chains(building: Building, images: ImageRows, frames: list[PhotoFrame])
     return rows
 
 
-def _chains(table: Table, image: IntArray, building: Building) -> tuple[IntArray, tuple[str, ...]]:
+def _chains(table: Table, building: Building) -> tuple[IntArray, tuple[str, ...]]:
     """Number of the chain of every row, (n,), and ids of the chains; their rows must stand together."""
     if not table.has("chain"):
         return np.full(table.rows, -1, dtype=np.int64), ()
     words = table.words("chain")
     _check_names(table, building)
     single = np.array([name in NO_CHAIN for name in words.names], dtype=bool)[words.number]
-    key = image * len(words.names) + words.number
+    images = table.labels("image")
+    key = images.number * len(words.names) + words.number
     begins = np.concatenate([[True], key[1:] != key[:-1]]) & ~single
     _, first, chain = np.unique(key[begins], return_index=True, return_inverse=True)
     starts = np.flatnonzero(begins)
@@ -107,7 +108,6 @@ def _chains(table: Table, image: IntArray, building: Building) -> tuple[IntArray
     of_run[starts] = chain
     run = np.maximum.accumulate(np.where(begins, np.arange(table.rows), -1))
     number = np.where(single, -1, of_run[run])
-    images = table.labels("image")
     ids = [f"{images[int(row)]}/{words[int(row)]}" for row in starts[first]]
     return number, tuple(ids)
 

@@ -29,7 +29,7 @@ def check_chain_groups(building: Building, groups: Sequence[ChainGroupRows]) -> 
 def _check_directions(building: Building, group: ChainGroupRows, number: int) -> None:
     """SBB330: directions are compared with those from the point before to the point behind."""
     rows = _inner_rows(group.chain)
-    rows = rows[np.isfinite(group.direction[rows]) & ~group.excluded[rows]]
+    rows = rows[np.isfinite(group.direction[rows]) & _counted(group)[rows]]
     if len(rows) < FEWEST:
         return
     step = group.photo_xy[rows + 1] - group.photo_xy[rows - 1]
@@ -58,6 +58,11 @@ def _check_directions(building: Building, group: ChainGroupRows, number: int) ->
     building.collector.warning("SBB330", message, place, help)
 
 
+def _counted(group: ChainGroupRows) -> BoolArray:
+    """Rows that take part and could be read, (n,)."""
+    return ~group.excluded & (group.image >= 0) & np.isfinite(group.photo_xy).all(axis=1)
+
+
 def _inner_rows(chain: IntArray) -> IntArray:
     """Rows with a neighbour before and behind in their chain."""
     same = (chain[1:] == chain[:-1]) & (chain[1:] >= 0)
@@ -71,7 +76,7 @@ def _mean_angle(first: FloatArray, second: FloatArray) -> float:
 
 def _check_copies(building: Building, group: ChainGroupRows) -> None:
     """SBB331: the same place of the same image in more than one row; a closed chain may end where it begins."""
-    rows = np.flatnonzero(~group.excluded & ~_closing(group))
+    rows = np.flatnonzero(_counted(group) & ~_closing(group))
     x, y = group.photo_xy[rows].T
     order = rows[np.lexsort((rows, y, x, group.image[rows]))]
     same = group.image[order][1:] == group.image[order][:-1]

@@ -151,3 +151,10 @@ def test_the_defaults_of_the_project_are_those_of_the_core(tmp_path: Path) -> No
     for name in ("position_sigma_m", "angle_sigma_rad", "alpha", "wrong_share", "new_curves", "knot_tolerance",
                  "orient_freely", "rounds", "seed"):  # fmt: skip
         assert getattr(found, name) == getattr(usual, name), name
+
+
+def test_chains_without_readable_images_are_no_second_error(tmp_path: Path) -> None:
+    head = HEAD.replace(HEAD[HEAD.index("images:") : HEAD.index("splines:")], "images: {table: gone.csv}\n")
+    with pytest.raises(ProjectError) as caught:
+        loaded(tmp_path, head + GROUP)
+    assert [item.code for item in caught.value.diagnostics] == ["SBB401"]
