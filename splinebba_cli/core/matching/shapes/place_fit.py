@@ -31,10 +31,8 @@ FEWEST = 6  # places in a segment that may be divided
 SHORTEST = 2.0  # segments, in spacings of places
 INSERTIONS = 14
 RIDGE = 1e-9
-BEND = 20.0
-REACH = (
-    2.0  # spacings by which a foot point may leave the first location of its place: a poor fit leads astray
-)
+BEND = 20.0  # spacings of places in which the bridge of a gap may turn by one radian
+REACH = 2.0  # spacings by which a foot point may leave the first location of its place
 
 
 @dataclass(frozen=True)
