@@ -26,7 +26,9 @@ def frames_of_rows(
     group: InImageCoordinates, image: IntArray, images: ImageRows, frames: list[PhotoFrame]
 ) -> list[tuple[IntArray, PhotoFrame, str]]:
     """Rows of every camera with its frame and the frame of the group's values."""
-    cameras = np.array([*images.cameras, -1, -1], dtype=np.int64)  # the last two: of images that are not known
+    cameras = np.array(
+        [*images.cameras, -1, -1], dtype=np.int64
+    )  # the last two: of images that are not known
     camera = cameras[image]
     return [
         (np.flatnonzero(camera == k), frames[k], group.image_coordinates or frames[k].image_coordinates)

@@ -9,6 +9,7 @@ import numpy as np
 
 from splinebba_cli.core.matching.candidates.search import find_candidates
 from splinebba_cli.core.matching.fragments.build import build_fragments
+from splinebba_cli.core.matching.fragments.fragment_findings import fragment_problems
 from splinebba_cli.core.matching.matches import BuiltCurve, Matches, Reason
 from splinebba_cli.core.matching.scene import Scene
 from splinebba_cli.core.matching.settings import MatchSettings
@@ -45,6 +46,7 @@ def with_new_curves(
     """
     rows = np.flatnonzero(~np.isin(matches.reason, NO_USE))
     fragments = build_fragments(network, state.rotation, state.position, settings, rows, state.xyz)
+    told = fragment_problems(network, state.rotation, state.position, fragments, rows)
     new = build_curves(network, state, fragments, settings, rows)
     _log.info(
         "%d curves built from %d fragments, %d points linked",
@@ -58,7 +60,7 @@ def with_new_curves(
         network=wider,
         matches=_with_distances(wider, state, labelled, linked),
         built=tuple(replace(each, curve=len(network.curves) + each.curve) for each in new.built),
-        problems=new.problems,
+        problems=(*told, *new.problems),
     )
 
 
