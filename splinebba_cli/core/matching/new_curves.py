@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from splinebba_cli.core.matching.candidates.search import find_candidates
 from splinebba_cli.core.matching.fragments.build import build_fragments
+from splinebba_cli.core.matching.fragments.fragment import Fragment
 from splinebba_cli.core.matching.fragments.fragment_findings import fragment_problems
 from splinebba_cli.core.matching.matches import BuiltCurve, Matches, Reason
 from splinebba_cli.core.matching.scene import Scene
@@ -46,7 +48,6 @@ def with_new_curves(
     """
     rows = np.flatnonzero(~np.isin(matches.reason, NO_USE))
     fragments = build_fragments(network, state.rotation, state.position, settings, rows, state.xyz)
-    told = fragment_problems(network, state.rotation, state.position, fragments, rows)
     new = build_curves(network, state, fragments, settings, rows)
     _log.info(
         "%d curves built from %d fragments, %d points linked",
@@ -60,8 +61,16 @@ def with_new_curves(
         network=wider,
         matches=_with_distances(wider, state, labelled, linked),
         built=tuple(replace(each, curve=len(network.curves) + each.curve) for each in new.built),
-        problems=(*told, *new.problems),
+        problems=(*_findings(network, state, fragments, rows), *new.problems),
     )
+
+
+def _findings(network: Network, state: State, fragments: Sequence[Fragment], rows: IntArray) -> list[Problem]:
+    """What is said of the chains; not which of them are left (SBB591), since more points are linked to new curves."""
+    if not len(rows):
+        return []
+    found = fragment_problems(network, state.rotation, state.position, fragments, rows)
+    return [problem for problem in found if problem.code != "SBB591"]
 
 
 def _relabelled(matches: Matches, rows: IntArray, curve: IntArray, location: FloatArray) -> Matches:

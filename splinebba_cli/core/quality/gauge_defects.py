@@ -31,6 +31,11 @@ def before_conditions(
         for curve in network.curves
         if FAMILIES[curve.family].rows == "harmonics" and nulls.get(curve.id) == 1
     }
+    lines = {  # straight: both ends slide
+        f"spline `{curve.id}`"
+        for curve in network.curves
+        if curve.family == "natural_cubic" and len(curve.values) == 2 and nulls.get(curve.id) == 2
+    }
     filled = {"SBB520"} if network.settings.datum == "control" else {"SBB520", "SBB523"}
     seen = []
     for problem in problems:
@@ -41,6 +46,10 @@ def before_conditions(
             seen.append(
                 Problem("SBB520", "info", message, problem.subject, "nothing to do: `adjust` holds the phase")
             )
+        elif problem.code == "SBB520" and problem.subject in lines:
+            message = f"{problem.subject}: no measurement sees where the straight line ends"
+            help = "nothing to do: `adjust` holds its ends along the line"
+            seen.append(Problem("SBB520", "info", message, problem.subject, help))
         elif problem.code in filled and problem.severity == "error":
             seen.append(replace(problem, severity="warning"))
         else:
