@@ -108,7 +108,8 @@ class LoopContext:
         seen = np.bincount(np.unique(all_curves * images + all_images) // images, minlength=len(curves))
         has_given = np.bincount(given.curve, minlength=len(curves)) > 0
         kept = (curves | has_given) & self.start.shaped & (self.start.known | (seen >= 2))
-        stays = (curve >= 0) & kept[np.maximum(curve, 0)]
+        stays = np.zeros(len(curve), dtype=bool)
+        stays[rows] = kept[curve[rows]]
         return Labels(np.where(stays, curve, -1), location), np.asarray(kept)
 
     def thinned(self, labels: Labels, most: int) -> Labels:
