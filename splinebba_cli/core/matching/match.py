@@ -16,6 +16,7 @@ from splinebba_cli.core.matching.known_curves.loop import match_known_curves
 from splinebba_cli.core.matching.labelled_network import with_labels
 from splinebba_cli.core.matching.matches import MatchResult
 from splinebba_cli.core.matching.new_curves import WithNewCurves, with_new_curves
+from splinebba_cli.core.matching.second_edges_of_given import given_with_two_edges
 from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.core.network import Curve, FloatArray, Network
 from splinebba_cli.core.quality.orientation_dispersion import eop_dispersion
@@ -62,7 +63,12 @@ def match(
         eop_dispersion=_dispersion(improved, known),
         history=known.history,
         built=found.built,
-        problems=(*unoriented, *known.problems, *found.problems),
+        problems=(
+            *unoriented,
+            *known.problems,
+            *given_with_two_edges(improved, known.state, known.matches),
+            *found.problems,
+        ),
         timings=timings,
     )
 

@@ -48,7 +48,8 @@ def aligned(
     prior = context.start.prior
     state, eop = progress.state, progress.uncertainty.eop * progress.uncertainty.inflation
     rotation, position = state.rotation.copy(), state.position.copy()
-    spread = progress.uncertainty.largest_in_photo(scene)
+    orientations = replace(progress.uncertainty, shape=0.0 * context.start.shape_sigma, cofactors=None)
+    spread = orientations.largest_in_photo(scene)
     wanted = images & (_doubtful(context, scene, spread) | prior.guessed)
     blocked = context.blocked & ~images
     for image in np.unique(scene.image[context.oriented & wanted[scene.image]]).tolist():

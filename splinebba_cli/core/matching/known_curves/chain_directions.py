@@ -97,9 +97,11 @@ def _half_width(xy: FloatArray, sigma: FloatArray, chains: ChainOrder) -> IntArr
     step[chains.position == 0] = 0.0
     start = np.flatnonzero(chains.position == 0)
     size = chains.end[start] - start
-    mean = np.add.reduceat(step, start) / np.maximum(size - 1, 1)
     noise = np.add.reduceat(sigma, start) / size
-    half = np.ceil(0.5 * LONG_ENOUGH * noise / np.maximum(mean, 1e-12))
+    square = (
+        np.add.reduceat(step**2, start) / np.maximum(size - 1, 1) - 4.0 * noise**2
+    )  # without the noise of both
+    half = np.ceil(0.5 * LONG_ENOUGH * noise / np.sqrt(np.maximum(square, 1e-24)))
     return np.repeat(np.clip(half, 1, MOST).astype(np.int64), size)
 
 

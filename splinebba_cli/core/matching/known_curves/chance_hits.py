@@ -17,7 +17,7 @@ from scipy.special import ndtr
 
 from splinebba_cli.core.network import BoolArray, FloatArray
 
-FEWEST = 50  # points whose distribution tells something
+FEWEST = 20  # points whose distribution tells something
 STEPS = 100
 SETTLED = 1e-4  # change of the share
 

@@ -28,6 +28,16 @@ FEW = 1e-3  # share of labelled points: so many gross errors more change nothing
 LEAST = 0.1  # redundancy number of a point with which its residual still tells something
 
 
+_NOT_TOGETHER = Problem(
+    "SBB583",
+    "warning",
+    "without the assumed standard deviations of approximate orientations an adjustment with the matched points has no "
+    "solution; orientations stay as given",
+    "matching",
+    "adjust the matched project: the adjustment says what is not determined",
+)
+
+
 @dataclass(frozen=True)
 class Known:
     """What matching against given curves found."""
@@ -66,7 +76,7 @@ def finished(
             break
         solved = context.adjust(progress, kept, network, ITERATIONS, robust=False)
         if solved is None and network is not start.network:  # not determined without the assumed priors
-            weak, network = start.prior.known.copy(), start.network
+            weak, network, named = start.prior.known.copy(), start.network, (*named, _NOT_TOGETHER)
             solved = context.adjust(progress, kept, network, ITERATIONS, robust=False)
         if solved is None:
             break

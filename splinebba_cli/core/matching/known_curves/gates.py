@@ -35,7 +35,8 @@ class Gated:
     noise: FloatArray  # (k,) variance of the point across, mm^2
     common: FloatArray  # (k,) variance that neighbours share, mm^2
     square: FloatArray  # (k,) d^2 / var, with what lies beyond an end of the curve
-    turn: FloatArray  # (k,) rad, between the edge and the projected curve, 0 to a right angle; NaN unknown
+    turn: FloatArray  # (k,) rad, from the edge to the projected curve, up to a right angle; NaN unknown
+    turn_sigma: FloatArray  # (k,) rad, of the direction of the edge
     inside: BoolArray  # (k,) of the gate
     agrees: BoolArray  # (k,) in direction
 
@@ -61,9 +62,17 @@ def gate_candidates(
         square = across**2 / (noise + common) + beyond**2 / (noise + common)
     point, tangent = candidates.point, candidates.tangent
     angle, deviation = directions.angle[point], np.minimum(directions.sigma[point], 1.0)
-    turn = np.arcsin(np.minimum(np.abs(np.cos(angle) * tangent[:, 1] - np.sin(angle) * tangent[:, 0]), 1.0))
-    agrees = np.isnan(turn) | (turn <= tolerance + 3.0 * deviation)
-    return Gated(candidates, across, noise, common, square, turn, square <= limit, agrees)
+    turn = _turn(angle, tangent)
+    agrees = np.isnan(turn) | (np.abs(turn) <= tolerance + 3.0 * deviation)
+    return Gated(candidates, across, noise, common, square, turn, deviation, square <= limit, agrees)
+
+
+def _turn(angle: FloatArray, tangent: FloatArray) -> FloatArray:
+    """Angle from directions (k,) to tangents (k, 2), both up to half a turn; -pi/2 to pi/2."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    across = cosine * tangent[:, 1] - sine * tangent[:, 0]
+    along = cosine * tangent[:, 0] + sine * tangent[:, 1]
+    return np.asarray(np.arctan2(np.where(along < 0.0, -across, across), np.abs(along)))
 
 
 def _radius(scene: Scene, uncertainty: Uncertainty, limit: float) -> FloatArray:

@@ -28,7 +28,7 @@ REFINED = 6  # of these, how many are improved
 STEPS = 40
 SHRINKING = 0.7
 LAST_SCALE = 2.5  # sigma
-SAME = 3.0  # sigma of a point: mean distance of the projections of two poses that are one
+SAME = 3.0  # sigma of a point and the shape: mean distance of the projections of two poses that are one
 CLEAR_GAIN = 10.0
 CLEAR_SHARE = 0.1  # of the gain of the best, by which the next one must be worse
 FEWEST, LEAST_SHARE = 12, 0.2  # points, and share of the points of an image, that must follow curves
@@ -178,14 +178,15 @@ def _difference(prior: Pose, pose: Pose) -> FloatArray:
 def _decided(view: ImageView, refined: list[_Refined], span: float, dispersion: FloatArray) -> Alignment:
     """The best pose, its dispersion, and the best other one."""
     sigma = float(np.median(view.sigma))
-    gains = []
+    gains, usual = [], sigma
     for each in refined:
         near = nearest_samples(view, view.seen(each.pose), 4.0 * sigma + 2.0 * _sample_step(view, each.pose))
         scale = _scales(view, each.pose, near)
+        usual = max(usual, float(np.median(scale))) if len(scale) else usual
         gains.append((_gain_of(near.across, scale, span), int((np.abs(near.across) < 3.0 * scale).sum())))
     order = sorted(range(len(refined)), key=lambda k: -gains[k][0])
     best = refined[order[0]]
-    others = [gains[k][0] for k in order[1:] if _apart(view, best.pose, refined[k].pose) > SAME * sigma]
+    others = [gains[k][0] for k in order[1:] if _apart(view, best.pose, refined[k].pose) > SAME * usual]
     return Alignment(
         pose=best.pose,
         dispersion=_posterior(best, dispersion),

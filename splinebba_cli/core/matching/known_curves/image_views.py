@@ -11,6 +11,7 @@ from splinebba_cli.core.matching.known_curves.chain_directions import ChainOrder
 from splinebba_cli.core.matching.known_curves.curve_samples import CurveSamples
 from splinebba_cli.core.matching.known_curves.image_view import ImageView, Pose
 from splinebba_cli.core.matching.known_curves.loop_context import LoopContext
+from splinebba_cli.core.matching.known_curves.shape_gates import narrow_shapes
 from splinebba_cli.core.matching.scene import Scene
 from splinebba_cli.core.network import FloatArray, IntArray
 
@@ -72,7 +73,7 @@ class ImageViews:
         return self._with(view, samples.select(_near_points(view, reach)))
 
     def _with(self, view: ImageView, samples: CurveSamples) -> ImageView:
-        return replace(view, samples=samples, shape_sigma=self.context.start.shape_sigma[samples.curve])
+        return replace(view, samples=samples, shape_sigma=narrow_shapes(self.context.start)[samples.curve])
 
 
 def _inside(view: ImageView, margin: float) -> IntArray:

@@ -58,9 +58,11 @@ def match_known_curves(
     """
     context = LoopContext.of(network, settings, observer)
     progress = _with_given(context, context.begin())
-    context, progress, problems = aligned(context, progress, np.ones(len(network.images.ids), dtype=bool))
     history: list[GateStep] = []
+    problems: tuple[Problem, ...] = ()
     curves, none = context.start.known, np.zeros(len(network.images.ids), dtype=bool)
+    if context.start.shaped.any() and len(network.unlabelled):
+        context, progress, problems = aligned(context, progress, ~none)
     if curves.any():
         progress = _stage(context, progress, "known curves", curves, none, history)
         context, progress, problems = _held_by_neighbours(context, progress, problems, history)

@@ -28,6 +28,7 @@ ODDS = 20.0  # of the curve against the next one
 COVERED = 0.8  # share of a run near which another curve is a rival
 SLOPE = 0.06  # of distances along a run, beyond what noise and orientation explain
 SLOPE_SIGMA = 4.0
+MEAN_TURN, TURN_SIGMA = 0.1, 3.0  # rad, of the mean direction of a run, and sigma of its points
 EFFECTIVE = 0.2  # share of the points of a chain whose noise is independent
 
 
@@ -70,6 +71,7 @@ def find_runs(scene: Scene, gated: Gated, chains: ChainOrder, label: IntArray, a
     enough = size >= np.minimum(FEWEST, np.ceil(SHARE * length[start]))
     centred = own.mean**2 <= chdtri(1, alpha) * own.mean_variance
     level = np.abs(slope) <= SLOPE + SLOPE_SIGMA * slope_sigma
+    level &= _runs_along(gated, of_point, label, count_of_runs)
     return Runs(
         of_point=of_point,
         chain=scene.chain[start],
@@ -150,6 +152,17 @@ def _nearest_branches(gated: Gated, rows: IntArray) -> IntArray:
     order = np.lexsort((gated.square[rows], curve, point))
     new = (np.diff(point[order], prepend=-1) != 0) | (np.diff(curve[order], prepend=-1) != 0)
     return np.asarray(rows[order[new]])
+
+
+def _runs_along(gated: Gated, of_point: IntArray, label: IntArray, groups: int) -> BoolArray:
+    """Runs (r,) whose mean direction is that of their curve; windows of directions overlap, so that errors remain."""
+    rows = np.flatnonzero(of_point >= 0)
+    rows = rows[np.isfinite(gated.turn[label[rows]])]
+    run, candidate = of_point[rows], label[rows]
+    count = np.maximum(np.bincount(run, minlength=groups), 1)
+    turn = np.bincount(run, gated.turn[candidate], minlength=groups) / count
+    sigma = np.bincount(run, gated.turn_sigma[candidate], minlength=groups) / count
+    return np.asarray(np.abs(turn) <= MEAN_TURN + TURN_SIGMA * sigma)
 
 
 def _slopes(

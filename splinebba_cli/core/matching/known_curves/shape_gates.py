@@ -11,8 +11,15 @@ from dataclasses import replace
 import numpy as np
 
 from splinebba_cli.core.matching.known_curves.loop_context import LoopContext, Progress
+from splinebba_cli.core.matching.known_curves.loop_network import Start
+from splinebba_cli.core.network import FloatArray
 
 SHARES = (0.1, 0.3, 1.0)  # of the standard deviation of approximate shapes
+
+
+def narrow_shapes(start: Start) -> FloatArray:
+    """Standard deviations (nc,) m of shapes to begin with."""
+    return np.where(start.shaped & ~start.known, SHARES[0], 1.0) * start.shape_sigma
 
 
 def with_shape_gates(context: LoopContext, progress: Progress) -> Progress:
@@ -20,7 +27,7 @@ def with_shape_gates(context: LoopContext, progress: Progress) -> Progress:
     start = context.start
     rough = start.shaped & ~start.known
     images = len(context.network.images.ids)
-    shape = np.where(rough, SHARES[0], 1.0) * start.shape_sigma
+    shape = narrow_shapes(start)
     for share in SHARES[1:]:
         progress = replace(progress, uncertainty=replace(progress.uncertainty, shape=shape))
         found = context.label(progress, start.shaped).matches
