@@ -23,7 +23,7 @@ from benchmarks.free_orientation_scenes import (
     wrong_chains,
 )
 from splinebba_cli.core.camera.rotation import rotation_object_from_photo
-from splinebba_cli.core.matching.free_orientation import orient_freely
+from splinebba_cli.core.matching.free_orientation.orient_freely import orient_freely
 from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.core.network import FloatArray, Network, select_rows
 from splinebba_cli.simulation.six_image_block import simulate_block

@@ -67,7 +67,7 @@ def outcome(
         [turn[:, 2, 1] - turn[:, 1, 2], turn[:, 0, 2] - turn[:, 2, 0], turn[:, 1, 0] - turn[:, 0, 1]], axis=1
     )
     shift = result.network.images.position - position
-    sigma = _solver_sigma(result)
+    sigma = solver_sigma(result)
     off = np.abs(np.hstack([theta, shift])) / np.where(np.isfinite(sigma), sigma, 1e-12)
     return Outcome(
         right=float(np.mean(curve[on_curve] == label[on_curve])),
@@ -81,7 +81,7 @@ def outcome(
     )
 
 
-def _solver_sigma(result: MatchResult) -> FloatArray:
+def solver_sigma(result: MatchResult) -> FloatArray:
     """Predicted standard deviations of theta and X0, (m, 6)."""
     inverse = np.linalg.inv(eop_transform(result.network.images, result.network.images.rotation))
     blocks = inverse @ result.eop_dispersion @ inverse.transpose(0, 2, 1)

@@ -27,7 +27,7 @@ import numpy as np
 
 from benchmarks.machine import machine
 from benchmarks.matching_block import PIXEL_MM, SHIFT_M, TURN_RAD, MatchingBlock, matching_block
-from splinebba_cli.core.matching.candidates import Candidates, find_candidates
+from splinebba_cli.core.matching.candidates.search import Candidates, find_candidates
 from splinebba_cli.core.matching.match import match
 from splinebba_cli.core.matching.scene import Scene
 from splinebba_cli.core.matching.settings import MatchSettings

@@ -49,7 +49,9 @@ def reference_dir() -> Path:
     beside = Path(__file__).resolve().parents[2] / "shared" / "reference"
     folder = Path(os.environ.get("SPLINEBBA_REFERENCE_DATA", beside))
     if not folder.is_dir():
-        pytest.skip(f"reference data not found at {folder} (set SPLINEBBA_REFERENCE_DATA)")
+        pytest.skip(
+            f"reference data not found at {folder} (set SPLINEBBA_REFERENCE_DATA)", allow_module_level=True
+        )
     return folder
 
 

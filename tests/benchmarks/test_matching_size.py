@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.matching_block import PIXEL_MM, RANDOM_SHARE, matching_block
 from benchmarks.matching_size import measure, scene_of
-from splinebba_cli.core.matching.candidates import find_candidates
+from splinebba_cli.core.matching.candidates.search import find_candidates
 
 
 def test_the_nearest_curve_is_nearly_always_the_right_one() -> None:

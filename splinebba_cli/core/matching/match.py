@@ -10,12 +10,13 @@ import numpy as np
 
 from splinebba_cli.core.curves.registry import basis_of, lasting_parameters
 from splinebba_cli.core.estimation.gauss_markov import Observer
-from splinebba_cli.core.matching.finishing import Known
-from splinebba_cli.core.matching.free_orientation import orient_freely
-from splinebba_cli.core.matching.known_curves import match_known_curves
+from splinebba_cli.core.matching.free_orientation.orient_freely import orient_freely
+from splinebba_cli.core.matching.known_curves.finishing import Known
+from splinebba_cli.core.matching.known_curves.loop import match_known_curves
 from splinebba_cli.core.matching.labelled_network import with_labels
 from splinebba_cli.core.matching.matches import MatchResult
 from splinebba_cli.core.matching.new_curves import WithNewCurves, with_new_curves
+from splinebba_cli.core.matching.second_edges_of_given import given_with_two_edges
 from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.core.network import Curve, FloatArray, Network
 from splinebba_cli.core.quality.orientation_dispersion import eop_dispersion
@@ -62,7 +63,12 @@ def match(
         eop_dispersion=_dispersion(improved, known),
         history=known.history,
         built=found.built,
-        problems=(*unoriented, *known.problems, *found.problems),
+        problems=(
+            *unoriented,
+            *known.problems,
+            *given_with_two_edges(improved, known.state, known.matches),
+            *found.problems,
+        ),
         timings=timings,
     )
 

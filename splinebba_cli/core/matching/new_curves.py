@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from splinebba_cli.core.matching.candidates import find_candidates
+from splinebba_cli.core.matching.candidates.search import find_candidates
 from splinebba_cli.core.matching.fragments.build import build_fragments
 from splinebba_cli.core.matching.fragments.fragment import Fragment
 from splinebba_cli.core.matching.fragments.fragment_findings import fragment_problems

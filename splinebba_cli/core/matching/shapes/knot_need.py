@@ -4,7 +4,7 @@
 
 in sigma asks for a knot in their segment (Lee 2008, 2.3.1: where the largest distance exceeds the threshold).  A
 knot has two directions across the curve; it stays if v'Pv falls by more than PRICE, what chance allows with
-probability 0.001.
+probability 0.05.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from splinebba_cli.core.matching.shapes.draft import Draft, with_curves
 from splinebba_cli.core.matching.shapes.soundness import distorted, with_supported_knots
 from splinebba_cli.core.network import BoolArray, Curve, FloatArray, IntArray
 
-PRICE = float(chi2.ppf(0.999, 2))
+PRICE = float(chi2.ppf(0.95, 2))
 NEIGHBOURS = 5
 FEWEST = 8  # links on either side of a new knot
 ROUNDS = 8

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from splinebba_cli.core.matching.candidates import Candidates, find_candidates
+from splinebba_cli.core.matching.candidates.search import Candidates, find_candidates
 from splinebba_cli.core.matching.scene import Scene
 from splinebba_cli.core.matching.shapes.draft import Draft, draft_of
 from splinebba_cli.core.network import FloatArray, IntArray, Network
@@ -96,7 +96,7 @@ def _cheapest(chain: IntArray, table: _Costs, gate: Gate) -> tuple[FloatArray, I
         cost = np.full((stop - first, len(states) + 1), np.inf)
         cost[:, -1] = gate.width**2
         cost[table.place[part] - first, state] = table.distance[part] ** 2
-        chosen = _path(cost)
+        chosen = cheapest_path(cost)
         link = np.full((stop - first, len(states) + 1), -1)
         link[table.place[part] - first, state] = np.arange(part.start, part.stop)
         taken = link[np.arange(stop - first), chosen]
@@ -106,7 +106,7 @@ def _cheapest(chain: IntArray, table: _Costs, gate: Gate) -> tuple[FloatArray, I
     return distance, curve, location
 
 
-def _path(cost: FloatArray) -> IntArray:
+def cheapest_path(cost: FloatArray) -> IntArray:
     """Cheapest state at every place, changes priced, (n,)."""
     best, back = cost[0], np.zeros(cost.shape, dtype=np.int64)
     stay = np.arange(cost.shape[1])

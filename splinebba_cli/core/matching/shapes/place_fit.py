@@ -3,7 +3,7 @@
 With d_i = X(u_i) - x_i, the lateral weight W_i = F (F' D_i F)^-1 F' (F: two directions across the curve, D_i the
 dispersion of the place) and a weak hold along the curve,
 
-    sum_i h_i d_i' (W_i + t t' / s^2) d_i + w int |X''|^2 du = min,      h_i = min(1, ROBUST / |d_i|_W)
+    sum_i h_i d_i' (W_i + t t' / s^2) d_i + w int |X''|^2 du = min,      h_i = min(1, ROBUST s / |d_i|_W)
 
 The last part bridges what the places leave open, by the straightest curve: w belongs to a turn of one radian in BEND
 spacings of places, which no measured stretch feels.
@@ -24,17 +24,17 @@ from splinebba_cli.core.curves.basis import CurveBasis
 from splinebba_cli.core.curves.natural_cubic import natural_cubic_basis
 from splinebba_cli.core.network import FloatArray, IntArray
 
-ROBUST = 3.0  # sigma from which a place counts less
+ROBUST = 3.0  # sigma from which a place counts less, times the typical distance of a poor fit
+NEAR = 3.0  # typical distance over that of the right curve, from which on locations may move
+MEDIAN = 1.177  # of the lateral distance of places from the right curve, in sigma
 SOLUTIONS = 4
 NEIGHBOURS = 5  # places whose mean distance decides over a knot
 FEWEST = 6  # places in a segment that may be divided
 SHORTEST = 2.0  # segments, in spacings of places
 INSERTIONS = 14
 RIDGE = 1e-9
-BEND = 20.0
-REACH = (
-    2.0  # spacings by which a foot point may leave the first location of its place: a poor fit leads astray
-)
+BEND = 20.0  # spacings of places in which the bridge of a gap may turn by one radian
+REACH = 2.0  # spacings by which a foot point may leave the first location of its place
 
 
 @dataclass(frozen=True)
@@ -101,10 +101,11 @@ def fit_on_knots(places: Places, knots: FloatArray, location: FloatArray | None 
     for _ in range(SOLUTIONS):
         across = lateral_weights(tangent, places.dispersion)
         coefficients = _solved(basis, u, places, across, tangent, weight)
-        u, tangent = _feet(basis, coefficients, places, u)
-        off = basis.evaluate(u, coefficients) - places.xyz
-        distance = np.sqrt(np.einsum("ni,nij,nj->n", off, lateral_weights(tangent, places.dispersion), off))
-        weight = np.minimum(1.0, ROBUST / np.maximum(distance, 1e-12))
+        if _scale(_distances(basis, coefficients, places, u)) < NEAR:
+            u = _feet(basis, coefficients, places, u)
+        tangent = _unit(basis.evaluate(u, coefficients, 1))
+        distance = _distances(basis, coefficients, places, u)
+        weight = np.minimum(1.0, ROBUST * _scale(distance) / np.maximum(distance, 1e-12))
     return PlaceFit(basis, coefficients, u, distance)
 
 
@@ -196,10 +197,24 @@ def _straight(basis: CurveBasis, places: Places) -> FloatArray:
     return basis.coefficients_from_values(np.stack(at, axis=1))
 
 
-def _feet(
-    basis: CurveBasis, coefficients: FloatArray, places: Places, u: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Foot points near the locations, (n,), and unit tangents there, (n, 3)."""
+def _distances(basis: CurveBasis, coefficients: FloatArray, places: Places, u: FloatArray) -> FloatArray:
+    """Distances across the curve at locations, in sigma of the places, (n,)."""
+    off = basis.evaluate(u, coefficients) - places.xyz
+    weight = lateral_weights(_unit(basis.evaluate(u, coefficients, 1)), places.dispersion)
+    return np.asarray(np.sqrt(np.einsum("ni,nij,nj->n", off, weight, off)))
+
+
+def _scale(distance: FloatArray) -> float:
+    """Typical distance over that of the right curve; at least 1."""
+    return max(1.0, float(np.median(distance)) / MEDIAN)
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-300))
+
+
+def _feet(basis: CurveBasis, coefficients: FloatArray, places: Places, u: FloatArray) -> FloatArray:
+    """Foot points near the locations, (n,)."""
     reach = (
         REACH * places.spacing
         if places.spacing > 0.0
@@ -213,8 +228,7 @@ def _feet(
         u = np.clip(u, places.location - reach, places.location + reach)
         if not basis.closed:
             u = np.clip(u, basis.break_points[0] - places.spacing, basis.break_points[-1] + places.spacing)
-    first = basis.evaluate(u, coefficients, 1)
-    return u, first / np.maximum(np.linalg.norm(first, axis=1, keepdims=True), 1e-300)
+    return u
 
 
 def _wanted_knots(places: Places, fit: PlaceFit, tolerance: float) -> FloatArray:
@@ -240,9 +254,7 @@ def _local_distances(places: Places, fit: PlaceFit, order: IntArray) -> FloatArr
     """Distances of the mean of neighbouring places from the curve, in their sigma, in the order along, (n,)."""
     u = fit.location[order]
     off = fit.evaluate(u) - places.xyz[order]
-    first = fit.evaluate(u, 1)
-    tangent = first / np.maximum(np.linalg.norm(first, axis=1, keepdims=True), 1e-300)
-    weight = lateral_weights(tangent, places.dispersion[order])
+    weight = lateral_weights(_unit(fit.evaluate(u, 1)), places.dispersion[order])
     half = min(NEIGHBOURS * places.layers, len(u)) // 2
     window = np.clip(np.arange(len(u))[:, None] + np.arange(-half, half + 1), 0, len(u) - 1)
     local = np.median(off[window], axis=1)

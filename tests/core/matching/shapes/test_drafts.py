@@ -13,7 +13,7 @@ from splinebba_cli.core.matching.shapes.draft import Draft
 from splinebba_cli.core.matching.shapes.extent import cut_back, extended, point_spacing
 from splinebba_cli.core.matching.shapes.knot_need import with_needed_knots
 from splinebba_cli.core.matching.shapes.knot_pruning import without_idle_knots
-from splinebba_cli.core.matching.shapes.linking import Gate, relinked
+from splinebba_cli.core.matching.shapes.linking import Gate, cheapest_path, relinked
 from splinebba_cli.core.matching.shapes.soundness import distorted, with_supported_knots
 from splinebba_cli.core.matching.shapes.undetermined import cut_undetermined, real_curves, usual_sigma
 from splinebba_cli.core.matching.shapes.weak_parts import Seen, determined_parts, seen_places, weak_parts
@@ -79,6 +79,24 @@ def test_points_are_linked_to_the_curve_that_they_show_and_not_to_one_that_they_
     label = own.curve[draft.row]
     assert (label == 0).all()
     assert len(label) > 0.97 * (own.curve == 0).sum()
+
+
+def test_points_of_an_edge_that_crosses_at_an_angle_are_not_linked_however_wide_the_gate() -> None:
+    cross = straight((-30.0, -65.0, 10.0), (1.0, 0.8, 0.0), len(LINE))
+    own = scene([LINE, cross])
+    draft = draft_through(own, [curve_through(LINE)], {0: 0})
+    draft = relinked(own.network, draft, all_rows(own), Gate(80.0, 0.35))
+    assert (own.curve[draft.row] == 0).all()
+
+
+def test_a_chain_changes_its_curve_only_where_that_pays() -> None:
+    """Costs of two curves and of none along a chain: a short visit does not pay, the rest of the chain does."""
+    cost = np.full((20, 3), 25.0)
+    cost[:, 0] = 4.0
+    cost[9:11, 1] = 1.0  # saves 6, two changes cost 24
+    assert (cheapest_path(cost) == 0).all()
+    cost[12:, 0], cost[12:, 1] = np.inf, 1.0
+    assert cheapest_path(cost).tolist() == [0] * 12 + [1] * 8
 
 
 def test_refused_points_are_not_linked_again() -> None:

@@ -83,12 +83,11 @@ def test_one_chain_does_not_outweigh_two_images_whose_chains_end() -> None:
 
 def test_an_end_is_joined_once_and_not_where_two_fit_alike() -> None:
     """Behind the end two edges begin side by side, 0.1 m apart, both straight on."""
-    two = [
-        strand(LINE[:35]),
-        strand(LINE[41:], seed=2),
-        strand(LINE[41:] + np.array([0.0, 0.0, 0.1]), seed=3),
-    ]
-    assert len(joined_strands(two, *alone(0))) == 3
+    first, second = strand(LINE[:35]), strand(LINE[41:], seed=2)
+    beside = strand(LINE[41:] + np.array([0.0, 0.0, 0.1]), seed=3)
+    assert len(joined_strands([first, second, beside], *alone(0))) == 3
+    assert len(joined_strands([first, second], *alone(0))) == 1
+    assert len(joined_strands([first, beside], *alone(0))) == 1
 
 
 def test_a_nearly_closed_edge_becomes_a_ring() -> None:

@@ -1,0 +1,1 @@
+"""Which curves pass near a measured point: every nearest place inside a radius, for a million points."""

@@ -1,0 +1,1 @@
+"""Orientations of images of which nothing is known."""

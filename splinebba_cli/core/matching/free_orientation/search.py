@@ -1,0 +1,227 @@
+"""The orientation of one image from unlabelled chains and known curves: hypotheses, score, refinement, verdict.
+
+Ends of chains are taken for ends of curves, two at a time and with their tangents (P2PT); where chains do not end as
+curves do, points of chains are taken for places anywhere along the curves.  Every pair of image places is tried with
+all pairs of curve places; the best by the coarse score are refined, and the best of these by the exact one is the
+answer if it explains enough and no other comes near to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinebba_cli.core.approximation.point_tangent import orient_from_point_tangents
+from splinebba_cli.core.matching.free_orientation.chains import ChainEnds, ImageChains
+from splinebba_cli.core.matching.free_orientation.places import KnownCurves, Places
+from splinebba_cli.core.matching.free_orientation.prior import PriorFilter
+from splinebba_cli.core.matching.free_orientation.refinement import FittedOrientation, Refiner
+from splinebba_cli.core.matching.free_orientation.score import CoarseScore, see
+from splinebba_cli.core.network import FloatArray, IntArray
+
+GATE_SHARE = 0.012  # of the diagonal of what the chains cover: how far a hypothesis may be off in the picture
+COARSE_SAMPLES, FINE_SAMPLES, REFINING_SAMPLES = 100, 500, 2500
+REFINED_POINTS = 400
+KEPT, REFINED = 1000, 40  # hypotheses of a batch after the coarse and the fine score
+PAIRS_IN_BATCH, BATCHES = 6, 10
+PROBES = 12  # places by which two orientations are told apart
+LEAST_SCORE, SURE_SCORE = 0.25, 0.5
+LARGEST_RMS = (
+    1.7  # sigma of a point, of an orientation that explains less than is sure; wrong ones leave 2 and more
+)
+CLEAR_SCORE, CLEAR_MARGIN = 0.3, 0.7  # the search ends when the best stands out so
+CONFIRMED = 2  # after so many batches in a row
+EQUAL_MARGIN, GIVEN_UP = 0.9, 3  # and when a second one is as good after so many
+MARGIN = 0.8  # of the best score, that no other orientation may reach
+PLACES = 160  # anywhere along the curves
+SEPARATION = 0.15  # of the diagonal, of the two places of a hypothesis
+
+
+@dataclass(frozen=True)
+class SearchResult:
+    """What a search has found: the best orientation, and how near the second one comes."""
+
+    best: FittedOrientation | None
+    second: float  # F of the best other one
+    hypotheses: int
+    sigma: float  # of a measured point, mm
+
+    @property
+    def score(self) -> float:
+        """F of the best one."""
+        return 0.0 if self.best is None else self.best.score
+
+    @property
+    def explains(self) -> bool:
+        """Whether the best one explains enough, and well."""
+        if self.best is None or self.score < LEAST_SCORE:
+            return False
+        return self.score > SURE_SCORE or self.best.rms_mm < LARGEST_RMS * self.sigma
+
+    @property
+    def stands_out(self) -> bool:
+        """Whether there is no need to look farther."""
+        return self.explains and self.score > CLEAR_SCORE and self.second < CLEAR_MARGIN * self.score
+
+    @property
+    def is_shared(self) -> bool:
+        """Whether it is of no use to look farther."""
+        return self.score > SURE_SCORE and self.second > EQUAL_MARGIN * self.score
+
+    @property
+    def unique(self) -> bool:
+        """Whether no other comes near."""
+        return self.best is not None and self.second < MARGIN * self.score
+
+
+class ImageSearch:
+    """The search in one image."""
+
+    def __init__(
+        self,
+        chains: ImageChains,
+        known: KnownCurves,
+        ends: Places,
+        prior: PriorFilter,
+        tolerance: float,
+        seed: int,
+    ) -> None:
+        self.chains, self.known, self.prior = chains, known, prior
+        self._ends = ends
+        self._rng = np.random.default_rng(seed)
+        self._diagonal = float(np.linalg.norm(np.ptp(chains.xy, axis=0)))
+        self.gate = max(GATE_SHARE * self._diagonal, 6.0 * chains.sigma)
+        self._coarse, self._fine = (
+            CoarseScore(chains, known.samples(count), self.gate, tolerance)
+            for count in (COARSE_SAMPLES, FINE_SAMPLES)
+        )
+        self._probes = known.samples(PROBES)
+        self._refiner = Refiner(chains, known.samples(REFINING_SAMPLES), tolerance, REFINED_POINTS)
+        self._found: list[FittedOrientation] = []
+        self._hypotheses = 0
+
+    def run(self) -> SearchResult:
+        """Hypotheses from ends first, then from places anywhere, until one stands out."""
+        confirmed = equal = 0
+        for batch in self._batches():
+            self._try(*batch)
+            result = self.result()
+            confirmed = confirmed + 1 if result.stands_out else 0
+            equal = equal + 1 if result.is_shared else 0
+            if confirmed == CONFIRMED or equal == GIVEN_UP:
+                break
+        return self.result()
+
+    def result(self) -> SearchResult:
+        """The best so far."""
+        self._found.sort(key=lambda fitted: -fitted.score)
+        best = self._found[0] if self._found else None
+        others = [fitted.score for fitted in self._found[1:] if not self._same(fitted, self._found[0])]
+        return SearchResult(best, max(others, default=0.0), self._hypotheses, self.chains.sigma)
+
+    def _batches(self) -> Iterator[tuple[FloatArray, FloatArray]]:
+        chains = self.chains
+        points = self._points_of_chains()
+        yield self._orientations(chains.ends, self._ends, _pairs_of_one_chain(chains.ends), directed=True)
+        for _ in range(BATCHES):
+            yield self._orientations(chains.ends, self._ends, self._image_pairs(chains.ends), directed=True)
+        for _ in range(BATCHES):
+            anywhere = self.known.samples(PLACES, self._rng.random())
+            places = Places(anywhere.xyz, anywhere.tangent, anywhere.curve)
+            yield self._orientations(points, places, self._image_pairs(points), directed=False)
+
+    def _points_of_chains(self) -> ChainEnds:
+        chains = self.chains
+        rows = np.flatnonzero(np.isfinite(chains.direction).all(axis=1))
+        weight = chains.length[rows] / chains.length[rows].sum()
+        rows = self._rng.choice(rows, min(200, len(rows)), replace=False, p=weight)
+        return ChainEnds(chains.xy[rows], chains.direction[rows], chains.chain[rows])
+
+    def _orientations(
+        self, at: ChainEnds, places: Places, pairs: list[tuple[int, int]], *, directed: bool
+    ) -> tuple[FloatArray, FloatArray]:
+        """Orientations of some pairs of image places with all pairs of curve places."""
+        rays = at.rays(self.chains.principal_distance)
+        first, second = (index.ravel() for index in np.indices((len(places), len(places))))
+        apart = np.linalg.norm(places.xyz[first] - places.xyz[second], axis=1)
+        distinct = apart > 1e-3 * apart.max(initial=0.0)
+        first, second = first[distinct], second[distinct]
+        found: list[tuple[FloatArray, FloatArray]] = []
+        for a, b in pairs:
+            of_one = (places.curve[first] == places.curve[second]) | (at.chain[a] != at.chain[b])
+            i, j = first[of_one], second[of_one]
+            shape = (len(i), 2)
+            solved = orient_from_point_tangents(
+                np.broadcast_to(rays[[a, b]], (*shape, 3)), np.broadcast_to(at.direction[[a, b]], (*shape, 2)),
+                np.stack([places.xyz[i], places.xyz[j]], axis=1),
+                np.stack([places.tangent[i], places.tangent[j]], axis=1),
+            )  # fmt: skip
+            good = self.prior(solved.rotation, solved.position)
+            if directed:
+                good &= solved.same_sense.all(axis=1)
+            found.append((solved.rotation[good], solved.position[good]))
+        if not found:
+            return np.zeros((0, 3, 3)), np.zeros((0, 3))
+        return np.concatenate([each[0] for each in found]), np.concatenate([each[1] for each in found])
+
+    def _image_pairs(self, at: ChainEnds) -> list[tuple[int, int]]:
+        """Random pairs of image places that lie apart."""
+        pairs: list[tuple[int, int]] = []
+        if len(at.xy) < 2:
+            return pairs
+        for _ in range(20 * PAIRS_IN_BATCH):
+            a, b = self._rng.choice(len(at.xy), 2, replace=False)
+            if np.linalg.norm(at.xy[a] - at.xy[b]) > SEPARATION * self._diagonal:
+                pairs.append((int(a), int(b)))
+            if len(pairs) == PAIRS_IN_BATCH:
+                break
+        return pairs
+
+    def _try(self, rotation: FloatArray, position: FloatArray) -> None:
+        """Score orientations, refine the best and keep those."""
+        self._hypotheses += len(rotation)
+        if not len(rotation):
+            return
+        rows = _largest(self._coarse(rotation, position), KEPT)
+        rotation, position = rotation[rows], position[rows]
+        order = _largest(self._fine(rotation, position), KEPT)
+        for k in self._distinct(rotation[order], position[order]):
+            fitted = self._refiner.refine(rotation[order[k]], position[order[k]], self.gate)
+            if fitted is not None and self.prior(fitted.rotation[None], fitted.position[None])[0]:
+                best = max((each.score for each in self._found), default=0.0)
+                near = fitted.score > max(MARGIN * best, LEAST_SCORE)
+                self._found.append(self._refiner.polish(fitted) if near else fitted)
+
+    def _distinct(self, rotation: FloatArray, position: FloatArray) -> list[int]:
+        """The first orientations that see the probes at other places than those before, at most REFINED."""
+        seen = self._probed(rotation, position)
+        chosen: list[int] = []
+        for k in range(len(seen)):
+            away = [np.median(np.linalg.norm(seen[k] - seen[other], axis=1)) for other in chosen]
+            if min(away, default=np.inf) > 0.5 * self.gate:
+                chosen.append(k)
+            if len(chosen) == REFINED:
+                break
+        return chosen
+
+    def _same(self, a: FittedOrientation, b: FittedOrientation) -> bool:
+        seen = self._probed(np.stack([a.rotation, b.rotation]), np.stack([a.position, b.position]))
+        return bool(np.median(np.linalg.norm(seen[0] - seen[1], axis=1)) < 0.5 * self.gate)
+
+    def _probed(self, rotation: FloatArray, position: FloatArray) -> FloatArray:
+        """Where the probes are seen, (s, q, 2) mm; far away where they are behind the camera."""
+        seen = see(self.chains, self._probes, rotation, position)
+        return np.nan_to_num(np.stack([seen.x, seen.y], axis=2), nan=1e9)
+
+
+def _pairs_of_one_chain(at: ChainEnds) -> list[tuple[int, int]]:
+    """Both ends of every chain that has two."""
+    rows = np.argsort(at.chain, kind="stable")
+    same = np.flatnonzero(np.diff(at.chain[rows]) == 0)
+    return [(int(rows[k]), int(rows[k + 1])) for k in same]
+
+
+def _largest(values: FloatArray, count: int) -> IntArray:
+    return np.argsort(-values, kind="stable")[:count]

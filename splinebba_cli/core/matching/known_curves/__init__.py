@@ -1,0 +1,1 @@
+"""Matching against curves that the network has, with the adjustment in the loop."""

@@ -1,0 +1,114 @@
+"""Directions of edges along chains: the principal axis of neighbouring points, and its standard deviation.
+
+Over n points at equal distances along a length L the direction of a fitted line has sigma^2 = 12 sigma_xy^2 / (n L^2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from splinebba_cli.core.matching.scene import Scene
+from splinebba_cli.core.network import FloatArray, IntArray
+
+LONG_ENOUGH = 12.0  # sigma of a point: length over which a direction is taken
+MOST = 25  # points to either side
+FEWEST = 3  # points of a chain that tells directions: two say nothing of how it bends
+TURNING = (
+    0.6  # of what the direction turns over half a window: where an edge bends, its chord is not its tangent
+)
+GIVEN_SIGMA = 0.1  # rad, of directions that come with the points
+
+
+@dataclass(frozen=True)
+class Directions:
+    """Directions up to half a turn; NaN and inf where unknown."""
+
+    angle: FloatArray  # (n,) rad
+    sigma: FloatArray  # (n,) rad
+
+
+@dataclass(frozen=True)
+class ChainOrder:
+    """Points chain by chain in the order of tracing; single points are chains of one."""
+
+    order: IntArray  # (n,) points, chain after chain
+    begin: IntArray  # (n,) place in `order` of the first point of the chain that a place belongs to
+    end: IntArray  # (n,) one behind the last
+    position: IntArray  # (n,) number of a place inside its chain
+
+    @classmethod
+    def of(cls, chain: IntArray) -> ChainOrder:
+        """Of chain numbers (n,), -1 for single points."""
+        count = len(chain)
+        own = np.where(chain < 0, chain.max(initial=-1) + 1 + np.arange(count), chain)
+        order = np.argsort(own, kind="stable")
+        change = np.flatnonzero(np.diff(own[order], prepend=-1 if count else 0))
+        size = np.diff(np.append(change, count))
+        begin, end = np.repeat(change, size), np.repeat(change + size, size)
+        return cls(order, begin, end, np.arange(count) - begin)
+
+
+def chain_directions(scene: Scene, chains: ChainOrder) -> Directions:
+    """Directions of all points: as given, else from their chains."""
+    order = chains.order
+    xy = scene.xy[order]
+    sigma = _round_sigma(scene.whitening)[order]
+    half = _half_width(xy, sigma, chains)
+    low, high = (
+        np.maximum(chains.begin, chains.position + chains.begin - half),
+        np.minimum(chains.end, chains.position + chains.begin + half + 1),
+    )
+    count = high - low
+    centred = xy - xy[chains.begin] if len(xy) else xy
+
+    def total(values: FloatArray) -> FloatArray:
+        sums = np.concatenate([[0.0], np.cumsum(values)])
+        return np.asarray(sums[high] - sums[low])
+
+    mean = np.stack([total(centred[:, 0]), total(centred[:, 1])], axis=1) / count[:, None]
+    xx = total(centred[:, 0] ** 2) / count - mean[:, 0] ** 2
+    yy = total(centred[:, 1] ** 2) / count - mean[:, 1] ** 2
+    mixed = total(centred[:, 0] * centred[:, 1]) / count - mean[:, 0] * mean[:, 1]
+    angle, deviation = np.full(len(order), np.nan), np.full(len(order), np.inf)
+    spread = xx + yy
+    enough = (count >= 2) & (spread > 4.0 * sigma**2)
+    enough &= chains.end - chains.begin >= FEWEST
+    axis = np.where(enough, 0.5 * np.arctan2(2.0 * mixed, xx - yy), np.nan)
+    angle[order] = axis
+    with np.errstate(divide="ignore", invalid="ignore"):
+        noise = np.where(enough, sigma / np.sqrt(count * spread), np.inf)
+    deviation[order] = np.hypot(noise, TURNING * _turning(axis, half, chains))
+    given = np.isfinite(scene.direction)
+    return Directions(np.where(given, scene.direction, angle), np.where(given, GIVEN_SIGMA, deviation))
+
+
+def _round_sigma(whitening: FloatArray) -> FloatArray:
+    """Mean standard deviation of points from their whitening, (n,) mm."""
+    return np.asarray(1.0 / np.sqrt(np.abs(np.linalg.det(whitening)))) if len(whitening) else np.zeros(0)
+
+
+def _half_width(xy: FloatArray, sigma: FloatArray, chains: ChainOrder) -> IntArray:
+    """Points to either side over which a direction is taken, (n,), the same for all points of a chain."""
+    if not len(xy):
+        return np.zeros(0, dtype=np.int64)
+    step = np.linalg.norm(np.diff(xy, axis=0, prepend=xy[:1]), axis=1)
+    step[chains.position == 0] = 0.0
+    start = np.flatnonzero(chains.position == 0)
+    size = chains.end[start] - start
+    noise = np.add.reduceat(sigma, start) / size
+    square = (
+        np.add.reduceat(step**2, start) / np.maximum(size - 1, 1) - 4.0 * noise**2
+    )  # without the noise of both
+    half = np.ceil(0.5 * LONG_ENOUGH * noise / np.sqrt(np.maximum(square, 1e-24)))
+    return np.repeat(np.clip(half, 1, MOST).astype(np.int64), size)
+
+
+def _turning(axis: FloatArray, half: IntArray, chains: ChainOrder) -> FloatArray:
+    """Largest change of direction towards half a window before and behind every place, (n,) rad."""
+    place = np.arange(len(axis))
+    found = np.zeros(len(axis))
+    for other in (np.maximum(place - half, chains.begin), np.minimum(place + half, chains.end - 1)):
+        found = np.fmax(found, np.abs(np.arcsin(np.clip(np.sin(axis[other] - axis), -1.0, 1.0))))
+    return found
