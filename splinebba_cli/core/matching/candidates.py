@@ -11,8 +11,8 @@ from splinebba_cli.core.camera.collinearity import project, project_with_jacobia
 from splinebba_cli.core.matching.scene import Scene
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 
-SAMPLES_PER_SEGMENT = 24
-NEIGHBOURS = 48  # samples that are looked at
+SAMPLES_PER_SEGMENT, SAMPLES_PER_CURVE, FEWEST_SAMPLES = 24, 200, 2
+NEIGHBOURS = 600  # samples that are looked at
 NEWTON_STEPS = 4
 
 
@@ -61,7 +61,8 @@ def find_candidates(scene: Scene, radius: FloatArray, points: IntArray | None = 
         distance, near = cKDTree(xy[seen]).query(
             scene.xy[own], k=min(NEIGHBOURS, len(seen)), distance_upper_bound=reach
         )
-        distance, near = distance.reshape(len(own), -1), near.reshape(len(own), -1)
+        distance = np.asarray(distance).reshape(len(own), -1)
+        near = np.asarray(near).reshape(len(own), -1)
         row, column = np.nonzero(np.isfinite(distance))
         sample = seen[near[row, column]]
         key = row * len(scene.curves.bases) + curve[sample]
@@ -74,9 +75,7 @@ def find_candidates(scene: Scene, radius: FloatArray, points: IntArray | None = 
     return _refined(scene, radius, np.concatenate(found_point), curve[sample], u[sample])
 
 
-def _refined(
-    scene: Scene, radius: FloatArray, point: IntArray, curve: IntArray, u: FloatArray
-) -> Candidates:
+def _refined(scene: Scene, radius: FloatArray, point: IntArray, curve: IntArray, u: FloatArray) -> Candidates:
     """Newton steps to the foot points, those outside of the radius left out."""
     curves, image = scene.curves, scene.image[point]
     camera = scene.principal_distance[image], scene.rotation[image], scene.position[image]
@@ -98,9 +97,11 @@ def _refined(
 
 
 def _samples(scene: Scene) -> tuple[IntArray, FloatArray]:
-    """Samples of all curves, curve and u."""
+    """Samples of all curves, curve and u; fewer of a segment where a curve has many."""
     curves = scene.curves
-    owner = np.repeat(np.arange(len(curves.bases)), np.diff(curves.segment_start))
-    t = (np.arange(SAMPLES_PER_SEGMENT) + 0.5) / SAMPLES_PER_SEGMENT
-    u = curves.left[:, None] + curves.length[:, None] * t
-    return np.repeat(owner, SAMPLES_PER_SEGMENT), u.ravel()
+    number = np.diff(curves.segment_start)[curves.owner]
+    count = np.clip(SAMPLES_PER_CURVE // number, FEWEST_SAMPLES, SAMPLES_PER_SEGMENT)
+    within = np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)
+    segment = np.repeat(np.arange(len(count)), count)
+    u = curves.left[segment] + curves.length[segment] * (within + 0.5) / count[segment]
+    return curves.owner[segment], u
