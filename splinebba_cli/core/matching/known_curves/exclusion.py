@@ -14,7 +14,7 @@ from splinebba_cli.core.matching.known_curves.runs import Runs
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 
 BINS = 64.0  # of a curve: places that are compared
-SAME = 2.5  # sigma: two traces of one edge keep closer to it
+SAME = 1.5  # sigma: two traces of one edge keep closer to it in the mean
 BETTER = 1.5  # times the distance of the winner, beyond which a run loses
 
 
