@@ -38,7 +38,7 @@ def in_bash(line: str) -> list[str]:
         ("splinebba in", ["init"]),
         ("splinebba adjust --format ", ["text", "json", "github"]),
         ("splinebba init --template c", ["close-range", "control-splines"]),
-        ("splinebba schema ", ["project", "result", "campaign"]),
+        ("splinebba schema ", ["project", "result", "campaign", "match"]),
         ("splinebba explain SBB10", [code for code in ERROR_CODES if code.startswith("SBB10")]),
         ("splinebba explain 57", ["570"]),
         ("splinebba explain sbb57", ["sbb570"]),
