@@ -22,7 +22,7 @@ LOOKED_AT = 100  # points that decide whether an image is aligned
 DOUBTFUL = 0.1  # share of points with several curves inside the prior
 GATE = 3.3  # standard deviations
 WIDENINGS = (1.0 / 16.0, 0.25, 1.0, 4.0, 16.0)  # of guessed standard deviations
-ENOUGH = 0.5  # share of the points of an image that follow a curve, for a guess to be taken
+ENOUGH = 0.7  # share of the points that should follow a curve, for the first guesses to be taken
 CAUTION = 4.0  # times the variances of an alignment
 
 
@@ -112,7 +112,8 @@ def _best(
         found = align_image(view, wide.dispersion[image], generator)
         if found is not None and (best is None or found.gain > best.gain):
             best, taken = found, widening
-        if best is not None and best.clear and best.inliers >= ENOUGH * len(view.xy):
+        wanted = ENOUGH * (1.0 - context.settings.wrong_share) * len(view.xy)
+        if best is not None and best.clear and best.inliers >= wanted:
             break
     return best, taken
 

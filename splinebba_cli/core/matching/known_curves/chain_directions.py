@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinebba_cli.core.matching.scene import Scene
-from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 
 LONG_ENOUGH = 12.0  # sigma of a point: length over which a direction is taken
 MOST = 25  # points to either side
@@ -33,10 +33,10 @@ class Directions:
 class ChainOrder:
     """Points chain by chain in the order of tracing; single points are chains of one."""
 
-    order: IntArray  # (n,) points, chain after chain
-    begin: IntArray  # (n,) place in `order` of the first point of the chain that a place belongs to
-    end: IntArray  # (n,) one behind the last
-    position: IntArray  # (n,) number of a place inside its chain
+    order: IntArray  # (p,) points, chain after chain
+    begin: IntArray  # (p,) place in `order` of the first point of the chain that a place belongs to
+    end: IntArray  # (p,) one behind the last
+    position: IntArray  # (p,) number of a place inside its chain
 
     @classmethod
     def of(cls, chain: IntArray) -> ChainOrder:
@@ -48,6 +48,21 @@ class ChainOrder:
         size = np.diff(np.append(change, count))
         begin, end = np.repeat(change, size), np.repeat(change + size, size)
         return cls(order, begin, end, np.arange(count) - begin)
+
+    def with_some(self, wanted: BoolArray) -> ChainOrder:
+        """Chains that have a wanted point, whole.
+
+        Parameters
+        ----------
+        wanted : (n,) of all points
+        """
+        number = np.cumsum(self.position == 0) - 1
+        kept = np.bincount(number, wanted[self.order]) > 0
+        places = kept[number]
+        before = np.cumsum(places) - places
+        begin = before[self.begin[places]]
+        size = (self.end - self.begin)[places]
+        return ChainOrder(self.order[places], begin, begin + size, self.position[places])
 
 
 def chain_directions(scene: Scene, chains: ChainOrder) -> Directions:

@@ -45,13 +45,14 @@ def label_chains(
 
     Parameters
     ----------
+    chains : that get labels
     allowed : (k,) candidates that may be taken
     none_cost : of a point on no curve
     tolerance : rad, of directions
     """
-    count = len(scene.image)
-    label = np.full(count, -1)
-    states = _states(gated, chains, allowed, tolerance, count)
+    label = np.full(len(scene.image), -1)
+    count = len(chains.order)
+    states = _states(gated, chains, allowed, tolerance, len(label))
     if not states.row.shape[1] or not count:
         return label
     order = chains.order
@@ -77,20 +78,20 @@ def _states(gated: Gated, chains: ChainOrder, allowed: BoolArray, tolerance: flo
     """The best candidates of every point, in the order of chains."""
     turn = np.nan_to_num(gated.turn) / tolerance
     cost = gated.square + turn**2
-    rows = np.flatnonzero(allowed)
+    place_of = np.full(count, -1)
+    place_of[chains.order] = np.arange(len(chains.order))
+    rows = np.flatnonzero(allowed & (place_of[gated.candidates.point] >= 0))
     point = gated.candidates.point[rows]
     rows = rows[np.lexsort((cost[rows], point))]
     point = gated.candidates.point[rows]
     number = np.arange(len(rows)) - np.searchsorted(point, point)
     rows, point, number = rows[number < STATES], point[number < STATES], number[number < STATES]
     width = int(number.max(initial=-1)) + 1
-    place_of = np.empty(count, dtype=np.int64)
-    place_of[chains.order] = np.arange(count)
-    row = np.full((count, width), -1)
+    row = np.full((len(chains.order), width), -1)
     row[place_of[point], number] = rows
     empty = row < 0
     if not len(cost):
-        return _States(row, np.zeros((count, 0)), row, np.zeros((count, 0, 2)))
+        return _States(row, np.zeros(row.shape), row, np.zeros((*row.shape, 2)))
     return _States(
         row,
         np.where(empty, np.inf, cost[row]),

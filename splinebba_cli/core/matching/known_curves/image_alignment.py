@@ -31,7 +31,7 @@ LAST_SCALE = 2.5  # sigma
 SAME = 3.0  # sigma of a point and the shape: mean distance of the projections of two poses that are one
 CLEAR_GAIN = 10.0
 CLEAR_SHARE = 0.1  # of the gain of the best, by which the next one must be worse
-FEWEST, LEAST_SHARE = 12, 0.2  # points, and share of the points of an image, that must follow curves
+FEWEST, LEAST_SHARE = 12, 0.3  # points that must follow curves, and share of those that should
 SETTLED = 0.02  # sigma, of a step in the photo
 
 
@@ -45,12 +45,13 @@ class Alignment:
     runner_up: float  # gain of the best other pose, 0 where there is none
     inliers: int
     points: int  # that took part
+    needed: float  # points that must follow curves
     scale: float  # robust standard deviation of whitened distances
 
     @property
     def enough(self) -> bool:
         """Whether enough points follow curves."""
-        return self.inliers >= max(FEWEST, LEAST_SHARE * self.points)
+        return self.inliers >= self.needed
 
     @property
     def clear(self) -> bool:
@@ -194,6 +195,7 @@ def _decided(view: ImageView, refined: list[_Refined], span: float, dispersion: 
         runner_up=max(others, default=0.0),
         inliers=gains[order[0]][1],
         points=len(view.xy),
+        needed=max(FEWEST, LEAST_SHARE * (1.0 - view.wrong_share) * len(view.xy)),
         scale=best.scale,
     )
 

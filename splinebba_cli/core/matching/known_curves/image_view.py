@@ -39,6 +39,7 @@ class ImageView:
     samples: CurveSamples
     shape_sigma: FloatArray  # (N,) metres, of the samples in every direction
     direction_tolerance: float  # rad
+    wrong_share: float  # of the points, at most, that belong to no curve
 
     def seen(self, pose: Pose) -> SeenSamples:
         """The samples from a pose."""

@@ -53,6 +53,7 @@ class ImageViews:
             float(scene.principal_distance[image]), Pose(scene.rotation[image], scene.position[image]),
             scene.xy[rows], sigma, self.directions.angle[rows], self.directions.sigma[rows], self.rough,
             np.zeros(len(self.rough)), self.context.settings.direction_tolerance_rad,
+            self.context.settings.wrong_share,
         )  # fmt: skip
         return self._with_samples(view, spread, float(np.median(sigma)) if len(sigma) else 0.0)
 

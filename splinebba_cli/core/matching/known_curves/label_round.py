@@ -54,9 +54,10 @@ def label_points(
     if taken.any():
         lost = np.zeros(len(point), dtype=bool)
         lost[label[taken]] = True
-        second = label_chains(scene, gated, chains, allowed & ~lost, none_cost, tolerance)
-        taken &= second < 0
-        label = second
+        again = chains.with_some(taken)
+        second = label_chains(scene, gated, again, allowed & ~lost, none_cost, tolerance)
+        label[again.order] = second[again.order]
+        taken &= label < 0
         runs = find_runs(scene, gated, chains, label, settings.alpha)
     of_point = runs.of_point
     has = of_point >= 0
