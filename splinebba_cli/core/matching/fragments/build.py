@@ -20,9 +20,10 @@ from splinebba_cli.core.matching.fragments.frames import Frames
 from splinebba_cli.core.matching.fragments.labelled_points import LabelledPoints, label_points
 from splinebba_cli.core.matching.fragments.link_table import Links
 from splinebba_cli.core.matching.fragments.links import links_of
+from splinebba_cli.core.matching.fragments.narrowed_depths import narrowed
 from splinebba_cli.core.matching.fragments.partners import partner_images
 from splinebba_cli.core.matching.fragments.runs import Runs, runs_of
-from splinebba_cli.core.matching.fragments.scene_depths import narrowed, plausible_depths
+from splinebba_cli.core.matching.fragments.scene_depths import plausible_depths
 from splinebba_cli.core.matching.fragments.selection import Stretch, selected_stretches
 from splinebba_cli.core.matching.fragments.traced_chains import TracedChains
 from splinebba_cli.core.matching.fragments.triangulation import sigmas_across, triangulated
@@ -73,7 +74,7 @@ def build_fragments(
     frames = Frames.of(views, chains)
     known = network.points.xyz if object_xyz is None else object_xyz
     scene = plausible_depths(network, known, views, chains, frames)
-    scene = narrowed(views, chains, scene, partner_images(views, chains, frames, scene), gate)
+    scene = narrowed(views, chains, frames, scene, gate)
     partners = partner_images(views, chains, frames, scene)
     if not any(len(each) for each in partners):
         return []

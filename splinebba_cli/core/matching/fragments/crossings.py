@@ -54,8 +54,8 @@ def epipolar_crossings(
 
     Parameters
     ----------
-    points : (p,) points of one image
-    segments : (s,) first points of steps, all of one other image
+    points : (p,) points of one image, ascending
+    segments : (s,) first points of steps, all of one other image, ascending
     depths : (2,) least and largest depth that is looked at
 
     Returns
@@ -83,8 +83,8 @@ class _Belts:
     point_belt: IntArray
     segment: IntArray
     segment_belt: IntArray
-    first_of_point: IntArray  # (n,) of all chain points
-    first_of_segment: IntArray  # (n,)
+    first_of_point: IntArray  # by number of the point less the least
+    first_of_segment: IntArray  # likewise
 
 
 def _belts(
@@ -102,9 +102,9 @@ def _belts(
     one, two = _angle_from(along, chains.ray[segments]), _angle_from(along, chains.ray[segments + 1])
     low, high = np.minimum(near, far), np.maximum(near, far)
     width = max(float(np.median(high - low)), float(np.median(np.abs(two - one))), np.pi / MOST_BELTS)
-    point, point_belt, first_of_point = _spread(points, low, high, width, len(chains))
+    point, point_belt, first_of_point = _spread(points, low, high, width)
     segment, segment_belt, first_of_segment = _spread(
-        segments, np.minimum(one, two), np.maximum(one, two), width, len(chains)
+        segments, np.minimum(one, two), np.maximum(one, two), width
     )
     return _Belts(point, point_belt, segment, segment_belt, first_of_point, first_of_segment)
 
@@ -114,14 +114,14 @@ def _angle_from(along: FloatArray, ray: FloatArray) -> FloatArray:
 
 
 def _spread(
-    things: IntArray, low: FloatArray, high: FloatArray, width: float, total: int
+    things: IntArray, low: FloatArray, high: FloatArray, width: float
 ) -> tuple[IntArray, IntArray, IntArray]:
-    """Things in every belt that their interval touches, the belts, and the first belt of each of all."""
+    """Things in every belt that their interval touches, the belts, and the first belt of each."""
     first = np.floor((low - ROUNDING) / width).astype(np.int64)
     count = np.floor((high + ROUNDING) / width).astype(np.int64) - first + 1
     within = np.arange(int(count.sum())) - np.repeat(np.cumsum(count) - count, count)
-    of_all = np.zeros(total, dtype=np.int64)
-    of_all[things] = first
+    of_all = np.zeros(int(things[-1] - things[0]) + 1, dtype=np.int64)
+    of_all[things - things[0]] = first
     return np.repeat(things, count), np.repeat(first, count) + within, of_all
 
 
@@ -143,7 +143,9 @@ def _in_common_planes(
         within = np.arange(int(size.sum())) - np.repeat(np.cumsum(size) - size, size)
         chosen = order[np.repeat(start[part], size) + within]
         point, segment = belts.point[chosen], np.repeat(belts.segment[part], size)
-        belt = np.maximum(belts.first_of_point[point], belts.first_of_segment[segment])
+        belt = np.maximum(
+            belts.first_of_point[point - belts.point[0]], belts.first_of_segment[segment - belts.segment[0]]
+        )
         once = belt == np.repeat(belts.segment_belt[part], size)
         yield point[once], segment[once]
 

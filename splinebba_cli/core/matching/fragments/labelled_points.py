@@ -29,6 +29,18 @@ class LabelledPoints:
     link_point: IntArray  # (k,) ascending
     link_place: FloatArray  # (k,) number of a chain point, with fraction
 
+    @classmethod
+    def none(cls, count: int) -> LabelledPoints:
+        """Points without depth."""
+        depth, sigma, slope, slope_sigma = (np.full(count, np.nan) for _ in range(4))
+        joined, single = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+        return cls(depth, sigma, slope, slope_sigma, joined, single, np.zeros(0, dtype=np.int64), np.zeros(0))
+
+    @property
+    def by_point(self) -> tuple[FloatArray | BoolArray, ...]:
+        """All arrays that have one entry a point."""
+        return self.depth, self.sigma, self.slope, self.slope_sigma, self.joined, self.single
+
     def with_links(self, keep: BoolArray) -> LabelledPoints:
         """Only some of the links; points that lose all of theirs have no depth."""
         left = np.zeros(len(self.depth), dtype=bool)
@@ -46,12 +58,10 @@ def hypotheses_of(
     views: Views, chains: TracedChains, points: IntArray, partners: IntArray, depths: FloatArray
 ) -> Hypotheses:
     """All depths that partner images give to points of one image."""
-    segments = chains.segment
-    of_image = chains.image[segments]
     parts = [
-        epipolar_crossings(views, chains, points, segments[of_image == j], depths)
+        epipolar_crossings(views, chains, points, segments, depths)
         for j in partners
-        if (of_image == j).any()
+        if len(segments := chains.segments_of(int(j)))
     ]
     return depth_hypotheses(views, chains, Crossings.joined(parts))
 
@@ -69,35 +79,37 @@ def label_points(
     """
     images = [int(k) for k in np.unique(chains.image) if len(partners[k])]
 
-    def of_image(k: int) -> tuple[IntArray, IntArray, Depths, Hypotheses, BoolArray, BoolArray]:
-        points = np.flatnonzero(chains.image == k)
+    def of_image(k: int) -> LabelledPoints:
+        points = chains.points_of(k)
         found = hypotheses_of(views, chains, points, partners[k], depths[k])
         agreed = agreed_depths(found, partners[k], depths[k], gate)
-        state, joined = best_depths(chains, found, agreed, points)
-        single = np.bincount(agreed.point, minlength=len(chains))[points] == 1
-        return points, state, agreed, found, joined, single
+        return _labelled(chains, found, agreed, points)
 
-    count = len(chains)
-    value = np.full((4, count), np.nan)  # depth, sigma, slope, sigma of slope
-    joined_all, single_all = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
-    links: list[tuple[IntArray, FloatArray]] = []
-    for points, state, agreed, found, joined, single in in_threads(of_image, images):
-        has = state >= 0
-        own, state = points[has], state[has]
-        value[:, own] = (
-            agreed.depth[state],
-            agreed.sigma[state],
-            agreed.slope[state],
-            agreed.slope_sigma[state],
-        )
-        joined_all[points], single_all[points] = joined & has, single
-        member = agreed.member[state]
-        row, column = np.nonzero(member >= 0)
-        links.append((own[row], found.place[member[row, column]]))
-    link_point = np.concatenate([one for one, _ in links]) if links else np.zeros(0, dtype=np.int64)
-    link_place = np.concatenate([two for _, two in links]) if links else np.zeros(0)
-    order = np.argsort(link_point, kind="stable")
-    depth, sigma, slope, slope_sigma = value
-    return LabelledPoints(
-        depth, sigma, slope, slope_sigma, joined_all, single_all, link_point[order], link_place[order]
+    out = LabelledPoints.none(len(chains))
+    parts = in_threads(of_image, images)
+    for k, part in zip(images, parts, strict=True):
+        own = chains.points_of(k)
+        for whole, piece in zip(out.by_point, part.by_point, strict=True):
+            whole[own] = piece
+    if not parts:
+        return out
+    return replace(
+        out,
+        link_point=np.concatenate([part.link_point for part in parts]),
+        link_place=np.concatenate([part.link_place for part in parts]),
     )
+
+
+def _labelled(chains: TracedChains, found: Hypotheses, agreed: Depths, points: IntArray) -> LabelledPoints:
+    """The labels of the points of one image, in their order; links with numbers of all chain points."""
+    state, joined = best_depths(chains, found, agreed, points)
+    out = LabelledPoints.none(len(points))
+    own = np.flatnonzero(state >= 0)
+    state = state[own]
+    out.depth[own], out.sigma[own] = agreed.depth[state], agreed.sigma[state]
+    out.slope[own], out.slope_sigma[own] = agreed.slope[state], agreed.slope_sigma[state]
+    out.joined[own] = joined[own]
+    out.single[:] = np.bincount(agreed.point - points[0], minlength=len(points)) == 1
+    member = agreed.member[state]
+    row, column = np.nonzero(member >= 0)
+    return replace(out, link_point=points[own[row]], link_place=found.place[member[row, column]])

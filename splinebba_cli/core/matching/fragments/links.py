@@ -40,7 +40,7 @@ def links_of(
     steps = np.flatnonzero(fragment[1:] == fragment[:-1])
     parts = []
     for k in np.unique(chains.image):
-        own = np.flatnonzero(chains.image == k)
+        own = chains.points_of(int(k))
         near = _near_steps(views, chains, int(k), own, xyz, steps, gate)
         parts.append(_fitting(views, chains, *near, xyz, dispersion, gate, direction_tolerance))
     point = np.concatenate([part[0] for part in parts])

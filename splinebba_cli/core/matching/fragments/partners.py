@@ -37,7 +37,7 @@ def partner_images(views: Views, chains: TracedChains, frames: Frames, scene: Sc
 
 def _middle(views: Views, chains: TracedChains, scene: SceneDepths, image: int) -> FloatArray:
     """Object points on rays of an image at middle depth, (s, 3)."""
-    own = np.flatnonzero(chains.image == image)
+    own = chains.points_of(image)
     own = own[np.linspace(0, len(own) - 1, min(SAMPLES, len(own))).astype(np.int64)]
     return np.asarray(views.position[image] + chains.ray[own] * scene.middle[image])
 

@@ -43,9 +43,9 @@ def runs_of(chains: TracedChains, labels: LabelledPoints) -> Runs:
     bridged = np.zeros(len(has), dtype=bool)
     kept_first: list[int] = []
     kept_last: list[int] = []
-    partner = _linked_pieces(chains, labels)
+    begin = np.searchsorted(labels.link_point, np.arange(len(chains) + 1))
     for a, b in zip(first.tolist(), last.tolist(), strict=True):
-        if kept_last and _goes_on(chains, labels, partner, kept_last[-1], a):
+        if kept_last and _goes_on(chains, labels, begin, kept_last[-1], a):
             _bridge(chains, labels, kept_last[-1], a, depth, sigma, bridged)
             kept_last[-1] = b
         else:
@@ -56,21 +56,20 @@ def runs_of(chains: TracedChains, labels: LabelledPoints) -> Runs:
     )
 
 
-def _linked_pieces(chains: TracedChains, labels: LabelledPoints) -> list[IntArray]:
-    """Pieces that every point is linked to."""
-    piece = chains.piece[labels.link_place.astype(np.int64)]
-    return np.split(piece, np.searchsorted(labels.link_point, np.arange(1, len(chains))))
+def _linked_pieces(chains: TracedChains, labels: LabelledPoints, begin: IntArray, point: int) -> IntArray:
+    """Pieces that a point is linked to."""
+    return chains.piece[labels.link_place[begin[point] : begin[point + 1]].astype(np.int64)]
 
 
-def _goes_on(
-    chains: TracedChains, labels: LabelledPoints, partner: list[IntArray], before: int, after: int
-) -> bool:
+def _goes_on(chains: TracedChains, labels: LabelledPoints, begin: IntArray, before: int, after: int) -> bool:
     """Whether the depths before and after a gap belong to one curve."""
     gap = after - before - 1
     if chains.piece[before] != chains.piece[after] or gap > LONG_GAP:
         return False
-    if gap > SHORT_GAP and not np.isin(partner[before], partner[after]).any():
-        return False
+    if gap > SHORT_GAP:
+        one, two = (_linked_pieces(chains, labels, begin, point) for point in (before, after))
+        if not np.isin(one, two).any():
+            return False
     step = chains.arc[after] - chains.arc[before]
     free = labels.depth[before] * step * TURN_OVER_GAP / _in_depth(chains, labels, before)
     jump = depth_jump(

@@ -1,7 +1,7 @@
 """Where objects can lie: plausible depths of every image.
 
 From the object points that the image measured and the given curves in its frame, widened by their range.  Where these
-are few: the depths at which rays stay in sight of another image, narrowed to where chains of three images agree.
+are few: the depths at which rays stay in sight of another image.
 """
 
 from __future__ import annotations
@@ -10,9 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from splinebba_cli.core.matching.fragments.consensus import agreed_depths
 from splinebba_cli.core.matching.fragments.frames import Frames
-from splinebba_cli.core.matching.fragments.labelled_points import hypotheses_of
 from splinebba_cli.core.matching.fragments.traced_chains import TracedChains
 from splinebba_cli.core.matching.fragments.views import Views
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, Network
@@ -21,13 +19,6 @@ KNOWN = 8  # object points in an image that tell its depths
 MARGIN = 0.03  # of the depth, at least, on either side of known points
 SAMPLES = 64  # chain points that stand for their image
 LEAST_SIGHT = 0.05  # of the samples that another image must see at a depth
-TRIALS = 400  # chain points of an image that are tried over the whole depth
-BELTS = 256  # of inverse depth, in which agreed depths are counted
-CHANCE = 4.0  # sigma above the usual count, from which a belt holds more than chance
-FEWEST = 8  # agreed depths in a belt that can be more than chance
-APART = 5  # belts between groups
-SMALL_GROUP = 0.1  # of the excess of the largest group
-DENSE = 2.0  # crossings of a point with the chains of one image, from which depths are narrowed
 
 
 @dataclass(frozen=True)
@@ -70,59 +61,13 @@ def plausible_depths(
     return SceneDepths(limits, np.sqrt(limits[:, 0] * limits[:, 1]), known)
 
 
-def narrowed(
-    views: Views, chains: TracedChains, scene: SceneDepths, partners: list[IntArray], gate: float
-) -> SceneDepths:
-    """Depths with those that came from the frames narrowed to where chains of three images agree."""
-    limits, middle = scene.limits.copy(), scene.middle.copy()
-    for k in np.unique(chains.image):
-        if scene.known[k] or len(partners[k]) < 2:
-            continue
-        points = _spread(np.flatnonzero(chains.image == k), TRIALS)
-        found = hypotheses_of(views, chains, points, partners[k], scene.limits[k])
-        if not len(found):
-            continue
-        agreed = agreed_depths(found, partners[k], scene.limits[k], gate)
-        three = (agreed.member >= 0).sum(axis=1) >= 2
-        low, most, high = _crowded(agreed.depth[three], scene.limits[k])
-        if np.isfinite(most):
-            middle[k] = most
-        if np.isfinite(most) and len(found) > DENSE * len(points) * len(partners[k]):
-            margin = max(high - low, MARGIN * high)
-            limits[k] = max(low - margin, limits[k, 0]), min(high + margin, limits[k, 1])
-    return SceneDepths(limits, middle, scene.known)
-
-
-def _crowded(depth: FloatArray, limits: FloatArray) -> tuple[float, float, float]:
-    """Depths between which agreement is no chance, least, most frequent and largest; NaN: nowhere.
-
-    Chance agreement spreads evenly over inverse depth.  A belt counts together with its neighbours on either side;
-    small groups of belts far from the others are chance all the same.
-    """
-    edges = np.linspace(1.0 / limits[1], 1.0 / limits[0], BELTS + 1)
-    count = np.convolve(np.histogram(1.0 / depth, edges)[0], np.ones(3), mode="same")
-    usual = float(np.median(count))
-    full = np.flatnonzero(count >= max(usual + CHANCE * np.sqrt(usual), FEWEST))
-    if not len(full):
-        return np.nan, np.nan, np.nan
-    group = np.cumsum(np.diff(full, prepend=full[0]) > APART)
-    excess = np.bincount(group, count[full] - usual)
-    full = full[excess[group] >= SMALL_GROUP * excess.max()]
-    most = int(full[np.argmax(count[full])])
-    return (
-        1.0 / float(edges[full[-1] + 1]),
-        2.0 / float(edges[most] + edges[most + 1]),
-        1.0 / float(edges[full[0]]),
-    )
-
-
 def _common_depths(views: Views, chains: TracedChains, frames: Frames, image: int) -> FloatArray:
     """Depths at which rays of an image stay in sight of another one, (2,); NaN where there are none."""
     others = [int(j) for j in np.unique(chains.image) if j != image]
     base = np.linalg.norm(views.position[others] - views.position[image], axis=1)
     if not len(base) or base.max() <= 0.0:
         return np.full(2, np.nan)
-    samples = _spread(np.flatnonzero(chains.image == image), SAMPLES)
+    samples = spread(chains.points_of(image), SAMPLES)
     depth = (
         np.geomspace(0.3 * base[base > 0.0].min(), 30.0 * base.max(), 60) / views.principal_distance[image]
     )
@@ -134,6 +79,6 @@ def _common_depths(views: Views, chains: TracedChains, frames: Frames, image: in
     return np.array([common[0], common[-1]]) if len(common) else np.full(2, np.nan)
 
 
-def _spread(points: IntArray, count: int) -> IntArray:
+def spread(points: IntArray, count: int) -> IntArray:
     """At most so many of the points, evenly."""
     return points[np.linspace(0, len(points) - 1, min(count, len(points))).astype(np.int64)]

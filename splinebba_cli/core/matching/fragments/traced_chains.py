@@ -24,7 +24,7 @@ DIRECTION_FLOOR_RAD = 0.03  # what curvature and edge detection add to the noise
 
 @dataclass(frozen=True)
 class TracedChains:
-    """Points of all pieces, piece by piece in the order of tracing; corrected photo frame."""
+    """Points of all pieces, image by image, piece by piece in the order of tracing; corrected photo frame."""
 
     row: IntArray  # (n,) unlabelled point of the network
     image: IntArray  # (n,)
@@ -49,6 +49,15 @@ class TracedChains:
     def segment(self) -> IntArray:
         """Points that have a next one in their piece, (s,)."""
         return np.flatnonzero(self.piece[1:] == self.piece[:-1])
+
+    def points_of(self, image: int) -> IntArray:
+        """Points of an image, consecutive."""
+        return np.arange(*np.searchsorted(self.image, [image, image + 1]))
+
+    def segments_of(self, image: int) -> IntArray:
+        """Points of an image that have a next one in their piece."""
+        points = self.points_of(image)[:-1]
+        return np.asarray(points[self.piece[points + 1] == self.piece[points]])
 
     @classmethod
     def of(

@@ -156,14 +156,32 @@ def test_two_images_are_believed_where_no_third_one_looks() -> None:
 
 
 def test_two_images_are_not_believed_where_a_third_one_contradicts() -> None:
-    """A third image has chains around edge 1, and none of it."""
-    around = [straight((-60.0, y, 5.0), (1.0, 0.0, 0.0), 60) for y in (-90.0, 90.0)]
-    block = scene([*two_apart(), *around])
+    """A third image has chains on both sides of edge 1, which no epipolar line of edge 1 meets, and none of it."""
+    aside = [
+        straight((-110.0, -70.0, 5.0), (0.0, 1.0, 0.0), 60),
+        straight((110.0, 50.0, 5.0), (0.0, 1.0, 0.0), 60),
+    ]
+    block = scene([*two_apart(), *aside])
     image = block.network.unlabelled.image
-    rows = np.flatnonzero((image < 2) & (block.curve < 2) | (image == 2) & (block.curve != 1))
     images = block.network.images
-    fragments = build_fragments(block.network, images.rotation, images.position, rows=rows)
-    assert list(main_curves(fragments, block.curve)) == [0]
+    pair = np.flatnonzero((image < 2) & (block.curve == 1))
+    third = np.flatnonzero((image == 2) & (block.curve > 1))
+    for rows, believed in ((pair, [1]), (np.union1d(pair, third), [])):
+        fragments = build_fragments(block.network, images.rotation, images.position, rows=rows)
+        assert list(main_curves(fragments, block.curve)) == believed
+
+
+def test_few_images_are_not_believed_where_those_between_contradict() -> None:
+    """Edge 2 in three of seven images of a strip, every third; the others have chains on both sides of it."""
+    edges = [straight((-60.0, y, 5.0), (1.0, 0.7, 0.0), 60) for y in (-120.0, 60.0, -30.0)]
+    strip = np.column_stack([np.linspace(-200.0, 200.0, 7), np.zeros(7)])
+    block = scene(edges, strip)
+    image = block.network.unlabelled.image
+    images = block.network.images
+    for seen_in, believed in (([2, 3, 4], [0, 1, 2]), ([0, 3, 6], [0, 1])):
+        rows = np.flatnonzero((block.curve < 2) | np.isin(image, seen_in))
+        fragments = build_fragments(block.network, images.rotation, images.position, rows=rows)
+        assert sorted(main_curves(fragments, block.curve)) == believed
 
 
 def test_a_closed_edge_is_closed() -> None:

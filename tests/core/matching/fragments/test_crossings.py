@@ -106,20 +106,19 @@ def test_no_depth_of_a_chain_along_the_epipolar_line(sigma_px: float) -> None:
 
 
 def test_no_depth_of_an_edge_along_a_line_of_sight() -> None:
-    """All points of an edge along the base see one place of an edge that crosses there."""
+    """Nearly all points of an edge along the base see nearly one place of an edge that crosses there."""
     along, aside = (
-        straight((-20.0, 0.0, 0.0), (1.0, 0.0, 0.0), 30),
+        straight((-20.0, 0.0, 0.0), (1.0, 0.1, 0.0), 30),
         straight((0.0, -20.0, 0.0), (0.0, 1.0, 0.0), 30),
     )
     views, chains = prepared([along, aside], IN_LINE)
-    first = chains.piece[np.flatnonzero(chains.image == 0)[0]]
-    points = np.flatnonzero(chains.piece == first)
-    segments = chains.segment[chains.image[chains.segment] == 3]
+    points = np.flatnonzero(chains.piece == chains.piece[chains.image == 0][0])
+    segments = chains.segment[chains.piece[chains.segment] == chains.piece[chains.image == 3][-1]]
     found = depth_hypotheses(views, chains, epipolar_crossings(views, chains, points, segments, DEPTHS))
     crossed = epipolar_crossings(views, chains, points, segments, DEPTHS)
     places = crossed.first + crossed.fraction
-    same = np.abs(places - np.median(places)) < 1.0
-    assert same.sum() > 5
+    assert len(places) > 20
+    assert np.ptp(places) < 4.0
     assert len(found) == 0
 
 

@@ -9,8 +9,9 @@ import pytest
 
 from benchmarks.chain_block import chain_block
 from splinebba_cli.core.matching.fragments.frames import Frames
+from splinebba_cli.core.matching.fragments.narrowed_depths import crowded_depths, narrowed
 from splinebba_cli.core.matching.fragments.partners import partner_images
-from splinebba_cli.core.matching.fragments.scene_depths import SceneDepths, narrowed, plausible_depths
+from splinebba_cli.core.matching.fragments.scene_depths import SceneDepths, plausible_depths
 from splinebba_cli.core.matching.fragments.traced_chains import TracedChains
 from splinebba_cli.core.matching.fragments.views import Views
 from splinebba_cli.core.network import Network, PointObservations, Points
@@ -62,7 +63,7 @@ def test_without_points_the_true_depths_are_within_what_frames_allow() -> None:
 
 def test_depths_are_narrowed_where_chains_crowd() -> None:
     views, chains, frames, scene = prepared(chain_block(3, 2, 400).network)
-    close = narrowed(views, chains, scene, partner_images(views, chains, frames, scene), 3.3)
+    close = narrowed(views, chains, frames, scene, 3.3)
     low, high = (close.limits * MM).T
     assert np.median(high - low) < 250.0
     assert (low < TRUE_M[0]).all()
@@ -70,9 +71,31 @@ def test_depths_are_narrowed_where_chains_crowd() -> None:
     assert close.middle * MM == pytest.approx(985.0, abs=40.0)
 
 
+def test_depths_are_found_in_a_long_strip() -> None:
+    """Bases of three kilometres leave depths of a hundred kilometres open; neighbours see the same at one of them."""
+    views, chains, frames, scene = prepared(chain_block(10, 1, 60).network)
+    assert (scene.limits[:, 1] > 50.0 * scene.limits[:, 0]).all()
+    close = narrowed(views, chains, frames, scene, 3.3)
+    assert close.middle[1:-1] * MM == pytest.approx(985.0, abs=40.0)
+    partners = partner_images(views, chains, frames, close)
+    assert all({k - 1, k + 1} <= set(partners[k]) for k in range(1, 9))
+
+
+def test_agreement_by_chance_is_told_from_a_crowd() -> None:
+    """Chance spreads evenly over inverse depth; the crowd is between 9.7 and 10 m."""
+    generator = np.random.default_rng(1)
+    chance = 1.0 / generator.uniform(1.0 / 100.0, 1.0 / 4.0, 10 * 256)
+    crowd = generator.uniform(9.7, 10.0, 300)
+    low, most, high = crowded_depths(np.concatenate([chance, crowd]), np.array([4.0, 100.0]))
+    assert 9.3 < low < 9.7
+    assert 9.7 < most < 10.0
+    assert 10.0 < high < 10.5
+    assert np.isnan(crowded_depths(chance, np.array([4.0, 100.0]))).all()
+
+
 def test_depths_stay_open_where_chains_are_few() -> None:
     views, chains, frames, scene = prepared(chain_block(3, 2, 20).network)
-    close = narrowed(views, chains, scene, partner_images(views, chains, frames, scene), 3.3)
+    close = narrowed(views, chains, frames, scene, 3.3)
     assert np.array_equal(close.limits, scene.limits)
 
 
