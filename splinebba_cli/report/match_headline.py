@@ -86,5 +86,7 @@ def match_facts(content: dict[str, Any]) -> Facts:
         items.append(Fact("Splines found", f"{used}", f"of {len(given)} of the project"))
     if counts["new_splines"]:
         length = sum(each["length_m"] for each in content["new_splines"])
-        items.append(Fact("New splines", f"{counts['new_splines']}", f"built from chains, {length:.3g}\u00a0m"))
+        items.append(
+            Fact("New splines", f"{counts['new_splines']}", f"built from chains, {length:.3g}\u00a0m")
+        )
     return Facts(tuple(items), headline=True)

@@ -33,7 +33,7 @@ FEWEST = 6  # places in a segment that may be divided
 SHORTEST = 2.0  # segments, in spacings of places
 INSERTIONS = 14
 RIDGE = 1e-9
-BEND = 20.0  # spacings of places in which the bridge of a gap may turn by one radian
+BEND = 10.0  # spacings of places in which the bridge of a gap may turn by one radian
 REACH = 2.0  # spacings by which a foot point may leave the first location of its place
 
 
@@ -155,7 +155,8 @@ def _solved(
     segment, t = basis.locate(u)
     rows = np.einsum("nk,nkw->nw", t[:, None] ** np.arange(4), basis.power[segment])
     spacing = (basis.break_points[-1] - basis.break_points[0]) / max(len(u), 1)
-    along = tangent[:, :, None] * tangent[:, None, :] / (4.0 * spacing) ** 2
+    held = (4.0 * spacing) ** 2 + np.trace(places.dispersion, axis1=1, axis2=2)
+    along = tangent[:, :, None] * tangent[:, None, :] / held[:, None, None]
     full = weight[:, None, None] * (across + along)
     columns = basis.columns[segment]
     unknown = 3 * columns[:, :, None] + np.arange(3)  # (n, w, 3)

@@ -152,7 +152,7 @@ def test_fragments_of_chains_become_splines() -> None:
     """The whole way: chains of four images, a gap of one edge that only one image bridges."""
     block = scene(edges()[:2])
     image = block.network.unlabelled.image
-    block = without_points(block, (block.curve == 1) & (block.place > 27) & (block.place < 33) & (image != 2))
+    block = without_points(block, (block.curve == 1) & (block.place > 24) & (block.place < 36) & (image != 2))
     images = block.network.images
     fragments = build_fragments(block.network, images.rotation, images.position)
     new = build_curves(block.network, state_of(block.network), fragments, MatchSettings())
