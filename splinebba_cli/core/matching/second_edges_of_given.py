@@ -38,9 +38,7 @@ def given_with_two_edges(network: Network, state: State, matches: Matches) -> tu
     found = []
     for k in np.unique(curve):
         own = np.flatnonzero(usable & (curve == k))
-        clusters = clusters_beside(
-            near.location[first[own]], across[own], points.chain[point[own]], points.image[point[own]]
-        )
+        clusters = clusters_beside(near.location[first[own]], across[own], points.chain[point[own]])
         if clusters is not None:
             found.append(two_edges_problem(network, int(k), clusters))
     return tuple(found)

@@ -108,15 +108,13 @@ class TwoClusters:
     minority: IntArray  # chains of the smaller side
 
 
-def clusters_beside(
-    location: FloatArray, residual: FloatArray, chain: IntArray, image: IntArray
-) -> TwoClusters | None:
+def clusters_beside(location: FloatArray, residual: FloatArray, chain: IntArray) -> TwoClusters | None:
     """Whether the residuals across a curve of known shape come in two clusters, chain by chain.
 
     Parameters
     ----------
     location, residual : (n,) of matched points; residuals in their sigma
-    chain, image : (n,) which may not be -1: give single points of an image a number of their own
+    chain : (n,) any numbers
     """
     names, number = np.unique(chain, return_inverse=True)
     size = np.bincount(number)

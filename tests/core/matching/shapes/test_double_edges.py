@@ -9,7 +9,8 @@ import numpy as np
 from benchmarks.chain_block import ChainBlock
 from splinebba_cli.core.matching.shapes.double_edges import clusters_beside, without_second_edges
 from splinebba_cli.core.matching.shapes.draft import Draft, draft_of
-from splinebba_cli.core.matching.shapes.new_curve_problems import second_edge_problems, two_edges_problem
+from splinebba_cli.core.matching.shapes.known_edges import double_edge_problems
+from splinebba_cli.core.matching.shapes.new_curve_problems import second_edge_problems
 from splinebba_cli.core.matching.shapes.second_edges import split
 from splinebba_cli.core.network import Network
 from tests.core.matching.fragments.small_scenes import CORNERS, scene, straight
@@ -70,13 +71,14 @@ def test_clusters_on_two_sides_of_a_known_curve() -> None:
     location = np.tile(np.linspace(0.0, 90.0, 30), 5)
     chain, image = np.repeat(np.arange(5), 30), np.repeat(np.arange(5), 30)
     residual = generator.normal(0.0, 1.0, 150)
-    assert clusters_beside(location, residual, chain, image) is None
+    assert clusters_beside(location, residual, chain) is None
     residual[chain >= 3] += 6.0
-    found = clusters_beside(location, residual, chain, image)
+    found = clusters_beside(location, residual, chain)
     assert found is not None
     assert found.minority.tolist() == [3, 4]
     assert abs(found.apart - 6.0) < 1.0
-    problem = two_edges_problem(_named(), 0, found)
+    curve = np.zeros(150, dtype=np.int64)
+    (problem,) = double_edge_problems(_named(), curve, location, residual, image, chain)
     assert problem.code == "SBB598"
     assert "2 chains of them on one side" in problem.message
 
@@ -85,7 +87,7 @@ def test_a_bend_is_no_second_edge() -> None:
     """Residuals that grow from chain to chain, as those of a tilted image do, have no gap between two groups."""
     chain = np.repeat(np.arange(6), 20)
     residual = chain * 1.2 + np.random.default_rng(2).normal(0.0, 0.5, 120)
-    assert clusters_beside(np.tile(np.arange(20.0), 6), residual, chain, chain) is None
+    assert clusters_beside(np.tile(np.arange(20.0), 6), residual, chain) is None
 
 
 def _named() -> Network:
