@@ -7,8 +7,7 @@ import numpy as np
 from splinebba_cli.core.matching.candidates.search import find_candidates
 from splinebba_cli.core.matching.matches import Matches, Reason
 from splinebba_cli.core.matching.scene import Scene
-from splinebba_cli.core.matching.shapes.double_edges import clusters_beside
-from splinebba_cli.core.matching.shapes.new_curve_problems import two_edges_problem
+from splinebba_cli.core.matching.shapes.known_edges import double_edge_problems
 from splinebba_cli.core.network import Network
 from splinebba_cli.core.result import Problem
 from splinebba_cli.core.state import State
@@ -35,10 +34,9 @@ def given_with_two_edges(network: Network, state: State, matches: Matches) -> tu
     curve, offset, tangent = near.curve[first], near.offset[first], near.tangent[first]
     across = (tangent[:, 0] * offset[:, 1] - tangent[:, 1] * offset[:, 0]) / scene.noise[point]
     usable = np.isfinite(across) & ~near.at_end[first] & ~near.at_corner[first]
-    found = []
-    for k in np.unique(curve):
-        own = np.flatnonzero(usable & (curve == k))
-        clusters = clusters_beside(near.location[first[own]], across[own], points.chain[point[own]])
-        if clusters is not None:
-            found.append(two_edges_problem(network, int(k), clusters))
+    own = np.flatnonzero(usable)
+    row = point[own]
+    found = double_edge_problems(
+        network, curve[own], near.location[first[own]], across[own], points.image[row], points.chain[row]
+    )
     return tuple(found)
