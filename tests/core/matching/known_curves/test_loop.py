@@ -126,7 +126,7 @@ def test_reasons_of_points_that_take_no_part() -> None:
     assert (found.matches.reason[:5] == Reason.EXCLUDED).all()
     assert (found.matches.curve[:5] == -1).all()
     lost = replace(given.images, rotation=np.full((1, 3, 3), np.nan), position=np.full((1, 3), np.nan))
-    found = match(replace(given, images=lost), SETTINGS)
+    found = match(replace(given, images=lost), replace(SETTINGS, orient_freely=False))
     assert (found.matches.reason == Reason.NOT_ORIENTED).all()
     assert np.isnan(found.network.images.position).all()
 
