@@ -76,8 +76,7 @@ def _jumps(network: Network, chains: TracedChains) -> list[Problem]:
         Problem(
             "SBB592",
             "info",
-            f"{len(cut)} chains jump or turn back and were cut into {int(pieces[pieces > 1].sum())} pieces:"
-            f" {_names(network, cut)}",
+            f"{_jumping(len(cut))} cut into {int(pieces[pieces > 1].sum())} pieces: {_names(network, cut)}",
             "matching",
             "points of a chain follow each other along one edge; nothing has to be done where the edge is hidden for a"
             " stretch, but look at chains whose points are not in the order of tracing",
@@ -89,3 +88,9 @@ def _names(network: Network, chain: IntArray) -> str:
     ids = network.unlabelled.chain_ids
     named = ", ".join(f"`{ids[k]}`" for k in chain[:NAMED])
     return named + (f" (and {len(chain) - NAMED} more)" if len(chain) > NAMED else "")
+
+
+def _jumping(count: int) -> str:
+    return (
+        "1 chain jumps or turns back and was" if count == 1 else f"{count} chains jump or turn back and were"
+    )

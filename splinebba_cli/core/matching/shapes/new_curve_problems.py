@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from splinebba_cli.core.matching.matches import BuiltCurve
+from splinebba_cli.core.matching.matches import BuiltCurve, WeakPart
 from splinebba_cli.core.matching.shapes.double_edges import TwoClusters
 from splinebba_cli.core.matching.shapes.second_edges import SecondEdge
 from splinebba_cli.core.matching.shapes.undetermined import Cut
@@ -12,14 +12,16 @@ from splinebba_cli.core.network import Network
 from splinebba_cli.core.result import Problem
 
 NAMED = 5  # images or chains in a message
+WEAK_TOLD = 3  # splines with weak parts that have a message of their own
 
 
 def weak_problems(built: Sequence[BuiltCurve], ids: Sequence[str], usual: float) -> list[Problem]:
     """SBB594: new curves with parts that their images hold weakly, or not."""
-    found = []
-    for one in built:
-        weak = [part for part in one.weak_parts if part.kind != "two_images"]
-        if not weak:
+    found: list[Problem] = []
+    more: list[str] = []
+    for one, weak in _weakest_first(built):
+        if len(found) == WEAK_TOLD:
+            more.append(ids[one.curve])
             continue
         bridged = sum(part.kind == "bridged" for part in weak)
         what = []
@@ -38,7 +40,20 @@ def weak_problems(built: Sequence[BuiltCurve], ids: Sequence[str], usual: float)
                 "an image from another direction, or a chain there in another image, would hold it",
             )
         )
+    if more:
+        noun = "new spline" if len(more) == 1 else "new splines"
+        message = f"{len(more)} more {noun} with weak parts: {', '.join(f'`{id}`' for id in more[:NAMED])}"
+        found.append(
+            Problem("SBB594", "info", message, "new splines", "the table of new splines lists these parts")
+        )
     return found
+
+
+def _weakest_first(built: Sequence[BuiltCurve]) -> list[tuple[BuiltCurve, list[WeakPart]]]:
+    """New curves with weak parts, those with the largest sigma first."""
+    weak = [(one, [part for part in one.weak_parts if part.kind != "two_images"]) for one in built]
+    found = [(one, parts) for one, parts in weak if parts]
+    return sorted(found, key=lambda each: -max(part.sigma_m for part in each[1]))
 
 
 def cut_problems(cuts: Sequence[Cut]) -> list[Problem]:
