@@ -37,7 +37,7 @@ def test_jumps_are_named() -> None:
     fragments = build_fragments(block.network, images.rotation, images.position, rows=rows)
     (problem,) = fragment_problems(block.network, images.rotation, images.position, fragments, rows)
     assert problem.code == "SBB592"
-    assert problem.message == "1 chains jump or turn back and were cut into 2 pieces: `0`"
+    assert problem.message == "1 chain jumps or turns back and was cut into 2 pieces: `0`"
 
 
 def test_one_image_is_too_few() -> None:
