@@ -18,6 +18,8 @@ from splinebba_cli.core.curves.basis import CurveBasis, knot_parameters
 from splinebba_cli.core.curves.bspline_tables import bspline_power_tables, clamped, periodic_tables
 from splinebba_cli.core.network import Curve, FloatArray, IntArray
 
+SHARED_BASES = 2**15  # that are kept: networks with the same curves are made again and again
+
 
 def natural_cubic(curve: Curve) -> CurveBasis:
     """Basis of a natural cubic spline given by its knots."""
@@ -25,7 +27,7 @@ def natural_cubic(curve: Curve) -> CurveBasis:
     return _basis_of_bytes(parameters.tobytes(), curve.closed, curve.breaks)
 
 
-@lru_cache(maxsize=1024)
+@lru_cache(maxsize=SHARED_BASES)
 def _basis_of_bytes(parameters: bytes, closed: bool, breaks: tuple[int, ...]) -> CurveBasis:
     """Many curves share their knot parameters, uniform ones for example."""
     return natural_cubic_basis(np.frombuffer(parameters), closed, breaks)

@@ -1,4 +1,4 @@
-"""Elimination of the object points.
+"""Elimination of the object points; fixed ones are no unknowns and cost nothing.
 
 With H = sum A_x'A_x + P_prior, W_a = A_eop,a' A_x,a of every image point a,
 
@@ -12,20 +12,27 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.observations.image_points import PointRows
 
 
 @dataclass(frozen=True)
 class PointPairs:
-    """All ordered pairs (a, b) of image points of one object point with image[a] <= image[b]."""
+    """All ordered pairs (a, b) of image points of one eliminated point with image[a] <= image[b]."""
 
     a: IntArray  # (q,)
     b: IntArray  # (q,)
 
     @classmethod
-    def of(cls, point: IntArray, image: IntArray) -> PointPairs:
-        """Pairs from the columns of the image point table."""
-        order = np.lexsort((image, point))
-        counts = np.bincount(point[order]) if len(point) else np.zeros(0, dtype=np.int64)
+    def of(cls, point: IntArray, image: IntArray, mask: FloatArray) -> PointPairs:
+        """Pairs from the columns of the image point table.
+
+        Parameters
+        ----------
+        mask : (n, 3), 0 where a coordinate is not eliminated
+        """
+        rows = rows_of_eliminated(point, mask)
+        order = rows[np.lexsort((image[rows], point[rows]))]
+        counts = np.bincount(point[order]) if len(order) else np.zeros(0, dtype=np.int64)
         starts = np.concatenate([[0], np.cumsum(counts)])
         first, second = [], []
         for rays in np.unique(counts[counts > 0]):
@@ -49,16 +56,17 @@ class EliminatedPoints:
 
 
 def eliminate_points(
-    orientation: FloatArray, object_xyz: FloatArray, residual: FloatArray, point: IntArray, prior: FloatArray,
-    prior_side: FloatArray, mask: FloatArray, damping: float,
+    rows: PointRows, image: IntArray, point: IntArray, image_mask: FloatArray, mask: FloatArray,
+    prior: FloatArray, prior_side: FloatArray, damping: float,
 ) -> EliminatedPoints:  # fmt: skip
     """Invert the 3 x 3 blocks of all points.
 
     Parameters
     ----------
-    orientation, object_xyz, residual : whitened equations (n_obs, 2, 6), (n_obs, 2, 3), (n_obs, 2)
+    rows : whitened equations of image points
+    image, point : (n_obs,) of these
+    image_mask, mask : (m, 6), (n, 3), 0 where an unknown is fixed or not eliminated
     prior, prior_side : (n, 3) diagonal weights and right-hand sides -P(x - x0) of the priors
-    mask : (n, 3), 0 where a coordinate is fixed
     damping : Levenberg-Marquardt factor of the diagonal
 
     Raises
@@ -67,17 +75,30 @@ def eliminate_points(
         If a point is not determined by its rays.
     """
     count = len(prior)
-    a = object_xyz * mask[point][:, None, :]
+    seen = rows_of_eliminated(point, mask)
+    coupling = np.zeros((len(point), image_mask.shape[1], 3))
+    inverse = np.broadcast_to(np.eye(3), (count, 3, 3)).copy()
+    sides = prior_side * mask
+    free = np.flatnonzero(mask.any(axis=1))
+    number = np.zeros(count, dtype=np.int64)
+    number[free] = np.arange(len(free))
+    own, mask = number[point[seen]], mask[free]
+    a = rows.object_xyz[seen] * mask[own][:, None, :]
     products = np.matmul(a.transpose(0, 2, 1), a)
-    blocks = np.zeros((count, 3, 3))
-    sides = prior_side.copy()
-    against = -np.matmul(a.transpose(0, 2, 1), residual[:, :, None])[:, :, 0]
+    against = -np.matmul(a.transpose(0, 2, 1), rows.residual[seen][:, :, None])[:, :, 0]
+    blocks = np.zeros((len(free), 3, 3))
     for i in range(3):
-        sides[:, i] += np.bincount(point, against[:, i], minlength=count)
+        sides[free, i] += np.bincount(own, against[:, i], minlength=len(free))
         for j in range(3):
-            blocks[:, i, j] = np.bincount(point, products[:, i, j], minlength=count)
-    diagonal = blocks[:, range(3), range(3)] + prior
+            blocks[:, i, j] = np.bincount(own, products[:, i, j], minlength=len(free))
+    diagonal = blocks[:, range(3), range(3)] + prior[free]
     blocks[:, range(3), range(3)] = np.where(mask > 0.0, diagonal * (1.0 + damping), 1.0)
-    coupling = np.matmul(orientation.transpose(0, 2, 1), a)
-    inverse: FloatArray = np.asarray(np.linalg.inv(blocks), dtype=np.float64)
-    return EliminatedPoints(inverse, sides * mask, coupling)
+    orientation = rows.orientation[seen] * image_mask[image[seen]][:, None, :]
+    coupling[seen] = np.matmul(orientation.transpose(0, 2, 1), a)
+    inverse[free] = np.linalg.inv(blocks)
+    return EliminatedPoints(inverse, sides, coupling)
+
+
+def rows_of_eliminated(point: IntArray, mask: FloatArray) -> IntArray:
+    """Image points (of the object points `point`) whose object point has an eliminated coordinate."""
+    return np.flatnonzero(np.asarray(mask.any(axis=1))[point])

@@ -351,7 +351,7 @@ def _point_step(assembler: Assembler, eliminated: EliminatedPoints, reduced: Flo
     """Steps of the points: H^-1 (h_x - sum W'd), or those of the reduced system."""
     observed = assembler.prepared.network.point_observations
     side = eliminated.right_side.copy()
-    if len(observed):
+    if len(assembler.pairs.a):
         orientation = reduced[: assembler.layout.image_mask.size].reshape(-1, 6)[observed.image]
         np.subtract.at(side, observed.point, np.matmul(orientation[:, None, :], eliminated.coupling)[:, 0])
     layout = assembler.layout

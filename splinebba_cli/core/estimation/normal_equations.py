@@ -106,7 +106,7 @@ class Assembler:
         # with all orientations held the curves fall apart into blocks of their own
         self.orientation_size = ORIENTATION_SIZE if layout.image_mask.any() else 0
         observed = prepared.network.point_observations
-        self.pairs = PointPairs.of(observed.point, observed.image)
+        self.pairs = PointPairs.of(observed.point, observed.image, layout.eliminated_mask)
         sigma = prepared.network.points.sigma
         weighted = np.isfinite(sigma) & (sigma > 0.0)
         self.point_inverse_sigma = np.where(weighted, 1.0 / np.where(weighted, sigma, 1.0), 0.0)
@@ -225,18 +225,16 @@ class Assembler:
         They are those of the linearization where nothing has to be done: not to be changed.
         """
         values, side = at.base_values, at.base_side
-        if damping > 0.0 or self._pair_map is not None:
+        if damping > 0.0 or len(self.pairs.a):
             values, side = values.copy(), side.copy()
         if damping > 0.0:
             self._scale_diagonal(values, 1.0 + damping)
         observed = self.prepared.network.point_observations
-        orientation = at.points.orientation * self.layout.image_mask[observed.image][:, None, :]
         eliminated = eliminate_points(
-            orientation, at.points.object_xyz, at.points.residual, observed.point,
-            self.point_inverse_sigma**2, -self.point_inverse_sigma * at.point_prior_residual,
-            self.layout.eliminated_mask, damping,
+            at.points, observed.image, observed.point, self.layout.image_mask, self.layout.eliminated_mask,
+            self.point_inverse_sigma**2, -self.point_inverse_sigma * at.point_prior_residual, damping,
         )  # fmt: skip
-        if len(observed) and self._pair_map is not None:
+        if len(self.pairs.a) and self._pair_map is not None:
             gain = np.matmul(eliminated.coupling, eliminated.inverse[observed.point])
             a, b = self.pairs.a, self.pairs.b
             self._pair_map.add(values, -np.matmul(gain[a], eliminated.coupling[b].transpose(0, 2, 1)))

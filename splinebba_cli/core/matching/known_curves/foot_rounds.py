@@ -11,7 +11,7 @@ from splinebba_cli.core.estimation.datum import datum_layout
 from splinebba_cli.core.estimation.gauss_markov import solution_at, solve
 from splinebba_cli.core.estimation.normal_equations import Assembler
 from splinebba_cli.core.estimation.parameters import ParameterLayout
-from splinebba_cli.core.matching.known_curves.held_feet import HeldPoints, at_feet
+from splinebba_cli.core.matching.known_curves.held_feet import HeldPoints, feet, observed_at
 from splinebba_cli.core.matching.known_curves.round_network import RoundNetwork
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.core.observations.coefficient_rows import concatenate_rows, gauge_rows
@@ -67,15 +67,9 @@ class FootRun:
     def _moved_to_feet(self, state: State) -> State:
         if not len(self.points):
             return state
-        self.u, xyz, self.prepared = at_feet(
-            self.points,
-            self.problem.scene.curves,
-            self.problem.scene.polynomials,
-            self.u,
-            self.prepared,
-            state,
-        )
-        return replace(state, xyz=np.vstack([state.xyz[: len(state.xyz) - len(xyz)], xyz]))
+        found = feet(self.points, self.u, state)
+        self.u, self.prepared = found.u, observed_at(self.points, found, self.prepared)
+        return replace(state, xyz=np.vstack([state.xyz[: len(state.xyz) - len(self.points)], found.xyz]))
 
     def _still(self, before: State, after: State) -> bool:
         """Whether foot points moved too little to matter across curves."""
@@ -85,5 +79,6 @@ class FootRun:
         moved = np.linalg.norm(after.xyz[-count:] - before.xyz[-count:], axis=1)
         away = np.linalg.norm(after.xyz[-count:] - after.position[self.points.image], axis=1)
         seen = moved / away * self.prepared.principal_distance[self.points.image]
-        sigma = self.points.factor / np.sqrt(np.abs(np.linalg.det(self.points.rays.whitening)))
+        w = self.points.rays.whitening
+        sigma = 1.0 / np.sqrt(np.abs(w[:, 0, 0] * w[:, 1, 1] - w[:, 0, 1] * w[:, 1, 0]))
         return bool(np.quantile(seen / sigma, 0.9) < SETTLED)

@@ -10,17 +10,26 @@ so that X(u) may stand for the curve while the orientation moves a little; then 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from splinebba_cli.core.camera.collinearity import project_with_jacobian
-from splinebba_cli.core.curves.curve_set import CurveSet
+from splinebba_cli.core.chains import Chains
 from splinebba_cli.core.matching.scene import Scene
-from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, Network, PointObservations, Role
-from splinebba_cli.core.state import ImageRays, Prepared, State
+from splinebba_cli.core.network import (
+    ArcLengths,
+    CurveObservations,
+    FloatArray,
+    IntArray,
+    Network,
+    PointObservations,
+    Role,
+    Tangents,
+)
+from splinebba_cli.core.observations.locations import refine_locations
+from splinebba_cli.core.state import ImageRays, Prepared, ScalarMeasurements, State
 
-STEPS = 8  # of Gauss and Newton
-SETTLED = 1e-3  # sigma along the curve
 NOTHING = 1e-9  # weight along the curve: none, but keeps the whitening regular
 
 
@@ -28,19 +37,50 @@ NOTHING = 1e-9  # weight along the curve: none, but keeps the whitening regular
 class HeldPoints:
     """Measured points on held curves."""
 
+    network: Network  # with all its curves
+    scene: Scene  # where these stand
     rows: IntArray  # (k,) of the unlabelled points
-    image: IntArray  # (k,)
     curve: IntArray  # (k,)
-    rays: ImageRays  # with the whitening of the measurement
     factor: FloatArray  # (k,) of their sigma
 
-    @classmethod
-    def of(cls, scene: Scene, rows: IntArray, curve: IntArray, factor: FloatArray) -> HeldPoints:
-        """Some of the unlabelled points, on curves (k,)."""
-        return cls(rows, scene.image[rows], curve, ImageRays(scene.xy[rows], scene.whitening[rows]), factor)
+    @cached_property
+    def image(self) -> IntArray:
+        """Their images, (k,)."""
+        return np.asarray(self.scene.image[self.rows])
+
+    @cached_property
+    def rays(self) -> ImageRays:
+        """Their corrected coordinates and whitening."""
+        whitening = self.scene.whitening[self.rows] / self.factor[:, None, None]
+        return ImageRays(self.scene.xy[self.rows], whitening)
 
     def __len__(self) -> int:
         return len(self.rows)
+
+    @cached_property
+    def on_curves(self) -> Prepared:
+        """They alone, as measured points of curves."""
+        count, nothing = len(self), ScalarMeasurements(np.zeros(0), np.zeros(0), np.zeros(0))
+        points = self.network.unlabelled
+        network = replace(
+            self.network,
+            curve_observations=CurveObservations(
+                self.image, self.curve, points.photo_xy[self.rows], points.sigma[self.rows],
+                np.full(count, np.nan), np.full(count, -1),
+            ),
+            arc_lengths=ArcLengths.none(),
+            tangents=Tangents.none(),
+        )  # fmt: skip
+        return Prepared(
+            network=network,
+            curves=self.scene.curves,
+            principal_distance=self.scene.principal_distance,
+            point_rays=ImageRays(np.zeros((0, 2)), np.zeros((0, 2, 2))),
+            curve_rays=self.rays,
+            arc_lengths=nothing,
+            tangents=nothing,
+            chains=Chains.of(network),
+        )
 
     def added_to(self, network: Network) -> Network:
         """The network with a fixed object point for every one of them, behind its own points."""
@@ -67,108 +107,42 @@ class HeldPoints:
         )
 
 
-def at_feet(
-    points: HeldPoints,
-    curves: CurveSet,
-    polynomials: FloatArray,
-    u: FloatArray,
-    prepared: Prepared,
-    state: State,
-) -> tuple[FloatArray, FloatArray, Prepared]:
-    """Foot points of held points at a state, their places in the object, and the network observed across curves there.
+@dataclass(frozen=True)
+class Feet:
+    """Foot points of held points."""
+
+    u: FloatArray  # (k,)
+    xyz: FloatArray  # (k, 3) metres
+    across: FloatArray  # (k, 2, 2) 1/mm, whitening of residuals across the curve and, with nearly no weight, along it
+
+
+def feet(points: HeldPoints, u: FloatArray, state: State) -> Feet:
+    """Foot points at the orientations of a state.
 
     Parameters
     ----------
-    polynomials : (S, K, 3) of the segments of all curves
     u : (k,) near the foot points
-    prepared : of a network with the points added (:meth:`HeldPoints.added_to`)
-
-    Returns
-    -------
-    u (k,), xyz (k, 3) metres, prepared
     """
-    whitening = points.rays.whitening / points.factor[:, None, None]
-    search = _FootSearch(points, curves, polynomials, whitening, prepared, state)
-    found = search.settled(u)
-    tangent = found.along / np.linalg.norm(found.along, axis=1, keepdims=True)
+    prepared, image, curves = points.on_curves, points.image, points.scene.curves
+    of_curves = replace(state, coefficients=points.scene.coefficients, location=u)
+    u = refine_locations(prepared, of_curves).location
+    segment, t = curves.locate(points.curve, u)
+    xyz, rate, _ = curves.derivatives(points.scene.polynomials, segment, t)
+    _, jacobian = project_with_jacobian(
+        prepared.principal_distance[image], state.rotation[image], state.position[image], xyz
+    )
+    whitening = points.rays.whitening
+    along = np.matmul(whitening, np.matmul(jacobian.object_xyz, rate[:, :, None]))[:, :, 0]
+    tangent = along / np.linalg.norm(along, axis=1, keepdims=True)
     turn = np.stack([np.column_stack([-tangent[:, 1], tangent[:, 0]]), NOTHING * tangent], axis=1)
+    return Feet(u, xyz, np.matmul(turn, whitening))
+
+
+def observed_at(points: HeldPoints, found: Feet, prepared: Prepared) -> Prepared:
+    """The network with the points added (:meth:`HeldPoints.added_to`), observed across curves at foot points."""
     own = len(prepared.point_rays.xy) - len(points)
     rays = ImageRays(
         np.vstack([prepared.point_rays.xy[:own], points.rays.xy]),
-        np.concatenate([prepared.point_rays.whitening[:own], np.matmul(turn, whitening)]),
+        np.concatenate([prepared.point_rays.whitening[:own], found.across]),
     )
-    return found.u, found.xyz, replace(prepared, point_rays=rays)
-
-
-@dataclass(frozen=True)
-class _Feet:
-    u: FloatArray  # (k,)
-    xyz: FloatArray  # (k, 3)
-    along: FloatArray  # (k, 2) whitened d p / d u
-    residual: FloatArray  # (k, 2) whitened
-
-    @property
-    def square(self) -> FloatArray:
-        return np.asarray(np.sum(self.residual**2, axis=1))
-
-    @property
-    def step(self) -> FloatArray:
-        """Of Gauss and Newton, (k,) in u."""
-        return np.asarray(-np.sum(self.along * self.residual, axis=1) / np.sum(self.along**2, axis=1))
-
-    def chosen(self, other: _Feet, better: BoolArray) -> _Feet:
-        """Those of another one where they are better."""
-        return _Feet(
-            *(
-                np.where(better if a.ndim == 1 else better[:, None], b, a)
-                for a, b in zip(
-                    (self.u, self.xyz, self.along, self.residual),
-                    (other.u, other.xyz, other.along, other.residual),
-                    strict=True,
-                )
-            )
-        )
-
-
-@dataclass(frozen=True)
-class _FootSearch:
-    """Steps towards foot points that never get worse."""
-
-    points: HeldPoints
-    curves: CurveSet
-    polynomials: FloatArray
-    whitening: FloatArray  # (k, 2, 2)
-    prepared: Prepared
-    state: State
-
-    def at(self, u: FloatArray) -> _Feet:
-        """Places of the curves."""
-        image = self.points.image
-        segment, t = self.curves.locate(self.points.curve, u)
-        xyz, rate, _ = self.curves.derivatives(self.polynomials, segment, t)
-        camera = (
-            self.prepared.principal_distance[image],
-            self.state.rotation[image],
-            self.state.position[image],
-        )
-        xy, jacobian = project_with_jacobian(*camera, xyz)
-        along = np.matmul(self.whitening, np.matmul(jacobian.object_xyz, rate[:, :, None]))[:, :, 0]
-        residual = np.matmul(self.whitening, (xy - self.points.rays.xy)[:, :, None])[:, :, 0]
-        return _Feet(u, xyz, along, residual)
-
-    def settled(self, u: FloatArray) -> _Feet:
-        """Foot points near places u (k,), inside the domains of the curves."""
-        curves, curve = self.curves, self.points.curve
-        low = np.where(curves.closed[curve], -np.inf, curves.first[curve])
-        high = np.where(curves.closed[curve], np.inf, curves.last[curve])
-        best, share = self.at(u), np.ones(len(u))
-        for _ in range(STEPS):
-            trial = np.clip(best.u + share * best.step, low, high)
-            moved = np.abs(trial - best.u) * np.linalg.norm(best.along, axis=1)
-            if moved.max(initial=0.0) < SETTLED:
-                break
-            found = self.at(trial)
-            better = found.square <= best.square
-            share = np.where(better, 1.0, 0.5 * share)
-            best = best.chosen(found, better)
-        return best
+    return replace(prepared, point_rays=rays)

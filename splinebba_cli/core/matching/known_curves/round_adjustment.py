@@ -103,7 +103,7 @@ def _solved(problem: RoundNetwork, state: State, labels: Labels, factor: FloatAr
     others = np.append(~problem.held, False)[labels.curve]
     network = with_labels(problem.network, np.where(others, labels.curve, -1), labels.location, factor)
     part, _ = control_network(network, problem.adjusted)
-    points = HeldPoints.of(problem.scene, on_held, labels.curve[on_held], factor[on_held])
+    points = HeldPoints(problem.network, problem.scene, on_held, labels.curve[on_held], factor[on_held])
     prepared = prepare(points.added_to(part) if len(points) else part)
     begin = replace(
         state,

@@ -21,10 +21,11 @@ def double_edge_problems(
     residual : (n,) across, in sigma, with the sense of ascending locations
     """
     names = np.where(chain >= 0, chain, -1 - image)
+    order = np.argsort(curve, kind="stable")
+    curves, first = np.unique(curve[order], return_index=True)
     found = []
-    for k in np.unique(curve):
-        own = curve == k
+    for k, own in zip(curves.tolist(), np.split(order, first)[1:], strict=True):
         clusters = clusters_beside(location[own], residual[own], names[own])
         if clusters is not None:
-            found.append(two_edges_problem(network, int(k), clusters))
+            found.append(two_edges_problem(network, k, clusters))
     return found
