@@ -10,8 +10,10 @@ import numpy as np
 from splinebba_cli.core.matching.candidates.search import find_candidates
 from splinebba_cli.core.matching.known_curves.chain_directions import ChainOrder, chain_directions
 from splinebba_cli.core.matching.known_curves.image_alignment import Alignment, align_image
+from splinebba_cli.core.matching.known_curves.image_view import ImageView
 from splinebba_cli.core.matching.known_curves.image_views import ImageViews
 from splinebba_cli.core.matching.known_curves.loop_context import LoopContext, Progress
+from splinebba_cli.core.matching.known_curves.search_effort import QUICK, THOROUGH
 from splinebba_cli.core.matching.scene import Scene
 from splinebba_cli.core.network import BoolArray, FloatArray
 from splinebba_cli.core.result import Problem
@@ -103,19 +105,27 @@ def _best(
     Of a guessed prior the first alignment that is clear, with growing guesses.
     """
     if not context.start.prior.guessed[image]:
-        return align_image(views.view(image, spread), dispersion, generator), 1.0
+        return _thoroughly(views.view(image, spread), dispersion, generator), 1.0
     best: Alignment | None = None
     taken = 1.0
     for widening in WIDENINGS:
         wide = context.start.prior.widened(image, widening, context.network.images)
         view = views.view(image, widening * spread)
-        found = align_image(view, wide.dispersion[image], generator)
+        found = align_image(view, wide.dispersion[image], generator, QUICK)
         if found is not None and (best is None or found.gain > best.gain):
             best, taken = found, widening
         wanted = ENOUGH * (1.0 - context.settings.wrong_share) * len(view.xy)
         if best is not None and best.clear and best.inliers >= wanted:
             break
     return best, taken
+
+
+def _thoroughly(view: ImageView, dispersion: FloatArray, generator: np.random.Generator) -> Alignment | None:
+    """The alignment inside a prior, searched with more effort where a quick search is not clear."""
+    quick = align_image(view, dispersion, generator, QUICK)
+    if quick is None or quick.clear:
+        return quick
+    return align_image(view, dispersion, generator, THOROUGH, (quick.pose,))
 
 
 def _unclear(name: str, found: Alignment) -> Problem:
