@@ -22,6 +22,7 @@ _log = logging.getLogger(__name__)
 
 LOOKED_AT = 100  # points that decide whether an image is aligned
 DOUBTFUL = 0.1  # share of points with several curves inside the prior
+WIDE = 0.1  # of the extent of the points of an image: a gate beyond which the nearest curve says nothing
 GATE = 3.3  # standard deviations
 WIDENINGS = (1.0 / 16.0, 0.25, 1.0, 4.0, 16.0)  # of guessed standard deviations
 ENOUGH = 0.7  # share of the points that should follow a curve, for the first guesses to be taken
@@ -52,7 +53,7 @@ def aligned(
     rotation, position = state.rotation.copy(), state.position.copy()
     orientations = replace(progress.uncertainty, shape=0.0 * context.start.shape_sigma, cofactors=None)
     spread = orientations.largest_in_photo(scene)
-    wanted = images & (_doubtful(context, scene, spread) | prior.guessed)
+    wanted = images & (_doubtful(context, scene, spread) | _wide(context, scene, spread) | prior.guessed)
     blocked = context.blocked & ~images
     for image in np.unique(scene.image[context.oriented & wanted[scene.image]]).tolist():
         found, widening = _best(context, views, image, float(spread[image]), eop[image], generator)
@@ -94,6 +95,21 @@ def _doubtful(context: LoopContext, scene: Scene, spread: FloatArray) -> BoolArr
     several = np.bincount(pairs, minlength=len(scene.image))[points] > 1
     share = np.bincount(scene.image[points[several]], minlength=images)
     return np.asarray(share > DOUBTFUL * np.bincount(scene.image[points], minlength=images))
+
+
+def _wide(context: LoopContext, scene: Scene, spread: FloatArray) -> BoolArray:
+    """Images (m,) whose curves may be seen so far away that rounds from the prior would lead anywhere.
+
+    Parameters
+    ----------
+    spread : (m,) mm, standard deviation of projected curves
+    """
+    image, xy = scene.image[context.oriented], scene.xy[context.oriented]
+    low, high = np.full((len(spread), 2), np.inf), np.full((len(spread), 2), -np.inf)
+    np.minimum.at(low, image, xy)
+    np.maximum.at(high, image, xy)
+    extent = np.maximum(high - low, 0.0).max(axis=1)
+    return np.asarray((extent > 0.0) & (GATE * spread > WIDE * extent))
 
 
 def _best(

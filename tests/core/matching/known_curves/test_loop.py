@@ -18,12 +18,12 @@ from tests.core.matching.known_curves.one_image import BLOCK, ROADS, SIGMA_MM, c
 SETTINGS = MatchSettings(position_sigma_m=5.0, angle_sigma_rad=0.01)
 
 
-def roads(seed: int = 1) -> Network:
+def roads(seed: int = 1, position_m: float = 5.0, angle_rad: float = 0.01) -> Network:
     """Two roads, traced with noise; the orientation is off by 5 m and 0.6 degrees."""
     curves = [control(values, f"road-{k}") for k, values in enumerate(ROADS)]
     generator = np.random.default_rng(seed)
     chains = [seen(curve, 40) + generator.normal(0.0, SIGMA_MM, (40, 2)) for curve in curves]
-    return with_moved_orientations(network(curves, chains), generator, 5.0, 0.01)
+    return with_moved_orientations(network(curves, chains), generator, position_m, angle_rad)
 
 
 @pytest.fixture(scope="module")
@@ -77,6 +77,20 @@ def test_matching_a_matched_network_again_changes_nothing(matched: MatchResult) 
 
 def test_without_stated_errors_growing_ranges_are_searched() -> None:
     found = match(roads(), MatchSettings())
+    assert np.mean(found.matches.curve == np.repeat([0, 1], 40)) > 0.97
+    assert found.oriented.all()
+
+
+@pytest.mark.parametrize(
+    ("seed", "position_m", "angle_rad"),
+    [
+        (7, 40.0, 0.15),  # rounds from the prior lead nowhere, though no point has two curves in its gate
+        (8, 80.0, 0.25),  # and the quick search of the prior finds nothing
+    ],
+)
+def test_few_curves_far_off_are_found(seed: int, position_m: float, angle_rad: float) -> None:
+    settings = MatchSettings(position_sigma_m=position_m, angle_sigma_rad=angle_rad)
+    found = match(roads(seed, position_m, angle_rad), settings)
     assert np.mean(found.matches.curve == np.repeat([0, 1], 40)) > 0.97
     assert found.oriented.all()
 
