@@ -145,6 +145,20 @@ def test_reasons_of_points_that_take_no_part() -> None:
     assert np.isnan(found.network.images.position).all()
 
 
+def test_a_curve_of_unknown_shape_in_one_image_gets_no_points() -> None:
+    """Nothing would determine it; the adjustment would refuse the network."""
+    curves = [control(values, f"road-{k}") for k, values in enumerate(ROADS)]
+    free = control([(-120, -140, 10), (-60, -120, 12), (20, -130, 8)], "path")
+    free = replace(free, role="tie", sigma=np.full_like(free.values, np.inf))
+    chains = [seen(curve, 40) for curve in (*curves, free)]
+    found = match(
+        network([*curves, free], chains), MatchSettings(position_sigma_m=0.5, angle_sigma_rad=0.001)
+    )
+    assert (found.matches.curve[:80] >= 0).mean() > 0.95
+    assert (found.matches.curve[80:] == -1).all()
+    assert (found.matches.reason[80:] == Reason.ONE_IMAGE).mean() > 0.95
+
+
 def test_an_image_of_something_else_is_told() -> None:
     curves = [control(values, f"road-{k}") for k, values in enumerate(ROADS)]
     generator = np.random.default_rng(1)
