@@ -23,7 +23,7 @@ REASONS: Schema = {
     "type": "object",
     "additionalProperties": COUNT,
     "description": "Reason → number of unmatched points: far, direction, ambiguous, chain, taken, gross, excluded, "
-    "not oriented.",
+    "not oriented, one image.",
 }
 SETTINGS: Schema = {
     "type": "object",

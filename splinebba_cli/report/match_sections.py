@@ -34,6 +34,7 @@ REASONS = {
     "gross": "its residual after the adjustment is no chance",
     "excluded": "taken out by the user (`use: no`)",
     "not oriented": "its image has no orientation",
+    "one image": "its spline has no known shape, and no other image sees it",
 }
 
 

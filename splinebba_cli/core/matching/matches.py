@@ -21,6 +21,7 @@ class Reason(IntEnum):
     GROSS = 6  # its residual after the adjustment is no chance
     EXCLUDED = 7  # taken out by the user
     NOT_ORIENTED = 8  # its image has no orientation
+    ONE_IMAGE = 9  # its curve has no known shape, and no other image sees it
 
 
 @dataclass(frozen=True)

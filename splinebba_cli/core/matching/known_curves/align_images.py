@@ -10,8 +10,10 @@ import numpy as np
 from splinebba_cli.core.matching.candidates.search import find_candidates
 from splinebba_cli.core.matching.known_curves.chain_directions import ChainOrder, chain_directions
 from splinebba_cli.core.matching.known_curves.image_alignment import Alignment, align_image
+from splinebba_cli.core.matching.known_curves.image_view import ImageView
 from splinebba_cli.core.matching.known_curves.image_views import ImageViews
 from splinebba_cli.core.matching.known_curves.loop_context import LoopContext, Progress
+from splinebba_cli.core.matching.known_curves.search_effort import QUICK, THOROUGH
 from splinebba_cli.core.matching.scene import Scene
 from splinebba_cli.core.network import BoolArray, FloatArray
 from splinebba_cli.core.result import Problem
@@ -20,6 +22,7 @@ _log = logging.getLogger(__name__)
 
 LOOKED_AT = 100  # points that decide whether an image is aligned
 DOUBTFUL = 0.1  # share of points with several curves inside the prior
+WIDE = 0.1  # of the extent of the points of an image: a gate beyond which the nearest curve says nothing
 GATE = 3.3  # standard deviations
 WIDENINGS = (1.0 / 16.0, 0.25, 1.0, 4.0, 16.0)  # of guessed standard deviations
 ENOUGH = 0.7  # share of the points that should follow a curve, for the first guesses to be taken
@@ -50,7 +53,7 @@ def aligned(
     rotation, position = state.rotation.copy(), state.position.copy()
     orientations = replace(progress.uncertainty, shape=0.0 * context.start.shape_sigma, cofactors=None)
     spread = orientations.largest_in_photo(scene)
-    wanted = images & (_doubtful(context, scene, spread) | prior.guessed)
+    wanted = images & (_doubtful(context, scene, spread) | _wide(context, scene, spread) | prior.guessed)
     blocked = context.blocked & ~images
     for image in np.unique(scene.image[context.oriented & wanted[scene.image]]).tolist():
         found, widening = _best(context, views, image, float(spread[image]), eop[image], generator)
@@ -94,6 +97,21 @@ def _doubtful(context: LoopContext, scene: Scene, spread: FloatArray) -> BoolArr
     return np.asarray(share > DOUBTFUL * np.bincount(scene.image[points], minlength=images))
 
 
+def _wide(context: LoopContext, scene: Scene, spread: FloatArray) -> BoolArray:
+    """Images (m,) whose curves may be seen so far away that rounds from the prior would lead anywhere.
+
+    Parameters
+    ----------
+    spread : (m,) mm, standard deviation of projected curves
+    """
+    image, xy = scene.image[context.oriented], scene.xy[context.oriented]
+    low, high = np.full((len(spread), 2), np.inf), np.full((len(spread), 2), -np.inf)
+    np.minimum.at(low, image, xy)
+    np.maximum.at(high, image, xy)
+    extent = np.maximum(high - low, 0.0).max(axis=1)
+    return np.asarray((extent > 0.0) & (GATE * spread > WIDE * extent))
+
+
 def _best(
     context: LoopContext, views: ImageViews, image: int, spread: float, dispersion: FloatArray,
     generator: np.random.Generator,
@@ -103,19 +121,27 @@ def _best(
     Of a guessed prior the first alignment that is clear, with growing guesses.
     """
     if not context.start.prior.guessed[image]:
-        return align_image(views.view(image, spread), dispersion, generator), 1.0
+        return _thoroughly(views.view(image, spread), dispersion, generator), 1.0
     best: Alignment | None = None
     taken = 1.0
     for widening in WIDENINGS:
         wide = context.start.prior.widened(image, widening, context.network.images)
         view = views.view(image, widening * spread)
-        found = align_image(view, wide.dispersion[image], generator)
+        found = align_image(view, wide.dispersion[image], generator, QUICK)
         if found is not None and (best is None or found.gain > best.gain):
             best, taken = found, widening
         wanted = ENOUGH * (1.0 - context.settings.wrong_share) * len(view.xy)
         if best is not None and best.clear and best.inliers >= wanted:
             break
     return best, taken
+
+
+def _thoroughly(view: ImageView, dispersion: FloatArray, generator: np.random.Generator) -> Alignment | None:
+    """The alignment inside a prior, searched with more effort where a quick search is not clear."""
+    quick = align_image(view, dispersion, generator, QUICK)
+    if quick is None or quick.clear:
+        return quick
+    return align_image(view, dispersion, generator, THOROUGH, (quick.pose,))
 
 
 def _unclear(name: str, found: Alignment) -> Problem:

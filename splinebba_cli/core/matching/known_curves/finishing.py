@@ -68,9 +68,10 @@ def finished(
     weak, named = undetermined_images(context, progress)
     network = without_assumed(start.network, start.prior, weak | _without_measurements(context, progress))
     gross = np.zeros(len(context.usable), dtype=bool)
-    found, solved, kept = context.label(progress, curves), None, start.known
+    found, solved, kept = None, None, start.known
+    curve, location = progress.labels.curve, progress.labels.location
     for _ in range(GROSS_ROUNDS):
-        labels, kept = context.taken(np.where(gross, -1, found.matches.curve), found.matches.location, curves)
+        labels, kept = context.taken(np.where(gross, -1, curve), location, curves)
         progress = replace(progress, labels=labels)
         if not len(labels.rows):
             break
@@ -82,16 +83,19 @@ def finished(
             break
         progress = progress.after(solved, 1.0)
         found = context.label(progress, curves)
+        curve, location = found.matches.curve, found.matches.location
         beyond = _gross(context, found, labels, start.held)
         few = (beyond & ~gross).sum() <= FEW * len(labels.rows)
         gross |= beyond
         if few:
             break
+    if found is None:
+        found = context.label(progress, curves)
     seen = np.bincount(context.network.unlabelled.image[progress.labels.rows], minlength=len(weak))
     oriented = (seen > 0) & ~weak & start.prior.known & (solved is not None)
     return Known(
         state=_state(context, progress.state, weak | (seen == 0)),
-        matches=_matches(context, found, gross),
+        matches=_matches(context, found, gross, curves),
         oriented=oriented,
         dispersion=_dispersion(progress, solved, oriented),
         improved_curves=kept & ~start.known & (solved is not None),
@@ -165,10 +169,17 @@ def _gross(context: LoopContext, found: LabelRound, labels: Labels, held: BoolAr
     return np.asarray((found.matches.curve >= 0) & (square > chdtri(1, context.settings.alpha)))
 
 
-def _matches(context: LoopContext, found: LabelRound, gross: BoolArray) -> Matches:
-    """Matches with gross errors and points that take no part named."""
+def _matches(context: LoopContext, found: LabelRound, gross: BoolArray, curves: BoolArray) -> Matches:
+    """Matches with gross errors and points that take no part named.
+
+    Parameters
+    ----------
+    curves : (nc,) of the last stage
+    """
     matches = found.matches
     reason: IntArray = matches.reason.copy()
+    sound, _ = context.taken(np.where(gross, -1, matches.curve), matches.location, curves)
+    reason[(matches.curve >= 0) & (sound.curve < 0)] = Reason.ONE_IMAGE
     out = gross & (matches.curve >= 0)
     reason[out] = Reason.GROSS
     reason[~context.start.prior.known[context.network.unlabelled.image]] = Reason.NOT_ORIENTED

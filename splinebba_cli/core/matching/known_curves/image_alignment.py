@@ -20,11 +20,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinebba_cli.core.matching.known_curves.image_view import ImageView, Nearest, Pose, nearest_samples
+from splinebba_cli.core.matching.known_curves.search_effort import Effort
 from splinebba_cli.core.matching.known_curves.shift_search import ShiftWindow, likely_shifts
 from splinebba_cli.core.network import FloatArray
 
-STARTS = 30  # poses whose gain is looked at
-REFINED = 6  # of these, how many are improved
 STEPS = 40
 SHRINKING = 0.7
 LAST_SCALE = 2.5  # sigma
@@ -59,34 +58,41 @@ class Alignment:
         return self.enough and self.gain - self.runner_up > max(CLEAR_GAIN, CLEAR_SHARE * self.gain)
 
 
-def align_image(view: ImageView, dispersion: FloatArray, generator: np.random.Generator) -> Alignment | None:
+def align_image(
+    view: ImageView, dispersion: FloatArray, generator: np.random.Generator, effort: Effort,
+    found: tuple[Pose, ...] = (),
+) -> Alignment | None:  # fmt: skip
     """The best pose inside a prior; None where nothing is seen.
 
     Parameters
     ----------
     dispersion : (6, 6) of theta, X0, about the start of the view
+    found : good poses, that the best one is compared with in any case
     """
     start = view.start
     seen = view.seen(start)
     sigma = float(np.median(view.sigma)) if len(view.sigma) else 0.0
-    window = ShiftWindow.of(seen, dispersion, sigma)
+    window = ShiftWindow.of(seen, dispersion, sigma, effort)
     if window is None or not len(view.xy):
         return None
-    poses = _starts(view, start, window, generator)
+    poses = _starts(view, start, window, generator, effort.starts)
     span = max(float(np.linalg.norm(window.half)), 10.0 * sigma)
     gains = [_gain(view, pose, span, window.cell) for pose in poses]
     best = np.argsort(-np.array(gains), kind="stable")
-    chosen: list[Pose] = []
+    chosen = list(found)
     for number in best.tolist():
-        if len(chosen) == REFINED:
+        if len(chosen) >= effort.refined:
             break
         if all(_apart(view, poses[number], other) > window.cell for other in chosen):
             chosen.append(poses[number])
-    refined = [_refined(view, pose, start, dispersion, 2.0 * window.cell) for pose in chosen]
+    begin = [0.0] * len(found) + [2.0 * window.cell] * (len(chosen) - len(found))
+    refined = [_refined(view, *each, start, dispersion) for each in zip(chosen, begin, strict=True)]
     return _decided(view, refined, span, dispersion)
 
 
-def _starts(view: ImageView, start: Pose, window: ShiftWindow, generator: np.random.Generator) -> list[Pose]:
+def _starts(
+    view: ImageView, start: Pose, window: ShiftWindow, generator: np.random.Generator, count: int
+) -> list[Pose]:
     """The prior itself and the poses with most votes."""
     found: list[tuple[float, Pose]] = []
     for shape in window.shapes():
@@ -97,7 +103,7 @@ def _starts(view: ImageView, start: Pose, window: ShiftWindow, generator: np.ran
             for shift, vote in zip(shifts, votes, strict=True)
         ]
     found.sort(key=lambda each: -each[0])
-    return [start, *(pose for _, pose in found[:STARTS])]
+    return [start, *(pose for _, pose in found[:count])]
 
 
 def _scales(view: ImageView, pose: Pose, near: Nearest) -> FloatArray:
@@ -134,8 +140,8 @@ class _Refined:
     scale: float
 
 
-def _refined(view: ImageView, pose: Pose, prior: Pose, dispersion: FloatArray, begin: float) -> _Refined:
-    """A pose improved with a shrinking scale."""
+def _refined(view: ImageView, pose: Pose, begin: float, prior: Pose, dispersion: FloatArray) -> _Refined:
+    """A pose improved with a scale that shrinks from `begin` (mm)."""
     sigma = float(np.median(view.sigma))
     weight = np.linalg.pinv(dispersion, rcond=1e-12, hermitian=True)
     move = dispersion @ weight  # nothing moves where the prior is fixed

@@ -21,13 +21,12 @@ from scipy.ndimage import gaussian_filter, maximum_filter
 
 from splinebba_cli.core.matching.known_curves.curve_samples import SeenSamples
 from splinebba_cli.core.matching.known_curves.image_view import ImageView
+from splinebba_cli.core.matching.known_curves.search_effort import Effort
 from splinebba_cli.core.network import FloatArray
 
-REACH = 3.0  # standard deviations of the prior that are searched
 FINEST = 4.0  # sigma of a point: the smallest cell
 CELLS = 100  # of the window, across
 SHIFTS = 8  # places of a grid of one shape
-MOST_SHAPES = 75
 COARSER = 1.2
 PAIRS = 300_000
 FEWEST_SAMPLES = 4
@@ -44,20 +43,23 @@ class ShiftWindow:
     root: FloatArray  # (6, 6) of what remains when the shift is known
     size: FloatArray  # (6,) mm, of its modes at one standard deviation, root mean square over the samples
     modes: FloatArray  # (6, 6) one a row
+    reach: float  # standard deviations of a mode that are tried
 
     @classmethod
-    def of(cls, seen: SeenSamples, dispersion: FloatArray, sigma: float) -> ShiftWindow | None:
+    def of(
+        cls, seen: SeenSamples, dispersion: FloatArray, sigma: float, effort: Effort
+    ) -> ShiftWindow | None:
         """Around the present projections; None where nothing is seen."""
         jacobian = seen.orientation[np.isfinite(seen.xy).all(axis=1)]
         if len(jacobian) < FEWEST_SAMPLES:
             return None
         mean = jacobian.mean(axis=0)
-        half = REACH * np.sqrt(np.maximum(np.diag(mean @ dispersion @ mean.T), 0.0))
+        half = effort.shift_reach * np.sqrt(np.maximum(np.diag(mean @ dispersion @ mean.T), 0.0))
         cell = max(FINEST * sigma, 2.0 * float(half.max()) / CELLS)
         root, size, modes = _shape_modes(jacobian, mean, dispersion)
-        while _number(size, cell) > MOST_SHAPES:
+        while _number(size, cell, effort.shape_reach) > effort.shapes:
             cell *= COARSER
-        return cls(dispersion, mean, half, cell, root, size, modes)
+        return cls(dispersion, mean, half, cell, root, size, modes, effort.shape_reach)
 
     def step_for(self, shift: FloatArray) -> FloatArray:
         """Most probable step (6,) of an orientation that moves all curves by a shift (2,)."""
@@ -66,7 +68,7 @@ class ShiftWindow:
 
     def shapes(self) -> Iterator[FloatArray]:
         """Steps (6,) that turn and scale the image, on a grid inside the prior; the first one is none."""
-        for amounts in product(*(_grid(float(s), self.cell) for s in self.size)):
+        for amounts in product(*(_grid(float(s), self.cell, self.reach) for s in self.size)):
             yield self.root @ (np.array(amounts) @ self.modes)
 
 
@@ -83,13 +85,12 @@ def _shape_modes(
     return root, size, modes
 
 
-def _number(size: FloatArray, cell: float) -> int:
-    return int(np.prod([len(_grid(float(s), cell)) for s in size]))
+def _number(size: FloatArray, cell: float, reach: float) -> int:
+    return int(np.prod([len(_grid(float(s), cell, reach)) for s in size]))
 
 
-def _grid(size: float, cell: float) -> FloatArray:
+def _grid(size: float, cell: float, reach: float) -> FloatArray:
     """Amounts of a mode that moves samples by `size` at one standard deviation, 0 first."""
-    reach = 2.2
     count = int(np.ceil(reach * size / (2.0 * cell) - 0.5))
     steps = np.linspace(-reach, reach, 2 * count + 1) if count > 0 else np.zeros(1)
     return steps[np.argsort(np.abs(steps), kind="stable")]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -42,6 +44,16 @@ def test_a_chain_that_crosses_a_curve_is_not_matched(degrees: float) -> None:
     assert (found.curve == -1).all()
     assert set(found.reason) <= {Reason.FAR, Reason.DIRECTION, Reason.CHAIN}
     assert set(found.reason) - {Reason.FAR}
+
+
+@pytest.mark.parametrize(("degrees", "reason"), [(0.0, Reason.MATCHED), (70.0, Reason.DIRECTION)])
+def test_single_points_with_directions(degrees: float, reason: Reason) -> None:
+    xy = seen(EAST, 20, 0.1, 0.9) + noise(20)
+    along = np.arctan2(*(xy[-1] - xy[0])[::-1])
+    given = network([EAST], [], xy)
+    directed = replace(given.unlabelled, direction=np.full(20, along + np.radians(degrees)))
+    found = labelled(replace(given, unlabelled=directed)).matches
+    assert (found.reason == reason).all()
 
 
 def test_single_points_at_a_crossing_are_ambiguous_and_a_chain_resolves_them() -> None:

@@ -18,12 +18,12 @@ from tests.core.matching.known_curves.one_image import BLOCK, ROADS, SIGMA_MM, c
 SETTINGS = MatchSettings(position_sigma_m=5.0, angle_sigma_rad=0.01)
 
 
-def roads(seed: int = 1) -> Network:
+def roads(seed: int = 1, position_m: float = 5.0, angle_rad: float = 0.01) -> Network:
     """Two roads, traced with noise; the orientation is off by 5 m and 0.6 degrees."""
     curves = [control(values, f"road-{k}") for k, values in enumerate(ROADS)]
     generator = np.random.default_rng(seed)
     chains = [seen(curve, 40) + generator.normal(0.0, SIGMA_MM, (40, 2)) for curve in curves]
-    return with_moved_orientations(network(curves, chains), generator, 5.0, 0.01)
+    return with_moved_orientations(network(curves, chains), generator, position_m, angle_rad)
 
 
 @pytest.fixture(scope="module")
@@ -82,6 +82,20 @@ def test_without_stated_errors_growing_ranges_are_searched() -> None:
 
 
 @pytest.mark.parametrize(
+    ("seed", "position_m", "angle_rad"),
+    [
+        (7, 40.0, 0.15),  # rounds from the prior lead nowhere, though no point has two curves in its gate
+        (8, 80.0, 0.25),  # and the quick search of the prior finds nothing
+    ],
+)
+def test_few_curves_far_off_are_found(seed: int, position_m: float, angle_rad: float) -> None:
+    settings = MatchSettings(position_sigma_m=position_m, angle_sigma_rad=angle_rad)
+    found = match(roads(seed, position_m, angle_rad), settings)
+    assert np.mean(found.matches.curve == np.repeat([0, 1], 40)) > 0.97
+    assert found.oriented.all()
+
+
+@pytest.mark.parametrize(
     ("lines", "named"),
     [
         ([[(-150, -100, 10), (150, 120, 12)]], {"X₀", "Y₀"}),
@@ -129,6 +143,20 @@ def test_reasons_of_points_that_take_no_part() -> None:
     found = match(replace(given, images=lost), replace(SETTINGS, orient_freely=False))
     assert (found.matches.reason == Reason.NOT_ORIENTED).all()
     assert np.isnan(found.network.images.position).all()
+
+
+def test_a_curve_of_unknown_shape_in_one_image_gets_no_points() -> None:
+    """Nothing would determine it; the adjustment would refuse the network."""
+    curves = [control(values, f"road-{k}") for k, values in enumerate(ROADS)]
+    free = control([(-120, -140, 10), (-60, -120, 12), (20, -130, 8)], "path")
+    free = replace(free, role="tie", sigma=np.full_like(free.values, np.inf))
+    chains = [seen(curve, 40) for curve in (*curves, free)]
+    found = match(
+        network([*curves, free], chains), MatchSettings(position_sigma_m=0.5, angle_sigma_rad=0.001)
+    )
+    assert (found.matches.curve[:80] >= 0).mean() > 0.95
+    assert (found.matches.curve[80:] == -1).all()
+    assert (found.matches.reason[80:] == Reason.ONE_IMAGE).mean() > 0.95
 
 
 def test_an_image_of_something_else_is_told() -> None:
