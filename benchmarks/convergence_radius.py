@@ -14,19 +14,37 @@ import argparse
 import os
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.matching_convergence import WRONG_CHAINS, Outcome, six_image_run
+from benchmarks.contaminated import with_moved_orientations, with_wrong_chains
+from benchmarks.matching_convergence import WRONG_CHAINS, Outcome, outcome
+from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.core.network import FloatArray
+from splinebba_cli.simulation.six_image_block import simulate_block
+from splinebba_cli.simulation.truth import at_truth
+from tests.unlabelled import without_labels
 
 POSITIONS = (3.0, 10.0, 30.0, 60.0, 100.0, 150.0)  # m
 ANGLES = (0.5, 2.0, 5.0, 10.0, 15.0, 20.0)  # degrees
 HEADER = "                            runs oriented [%] misled [%] right [%] wrong [%] foreign [%]  s a run"
+
+
+def six_image_run(seed: int, position_m: float, angle_deg: float, wrong_chains: float) -> Outcome:
+    """The six-image block, labels removed, orientations off by normal errors."""
+    simulated, truth = simulate_block("six-image", seed)
+    start = replace(simulated, images=at_truth(simulated, truth).images)
+    network, label = without_labels(start)
+    generator = np.random.default_rng(10_000 + seed)
+    if wrong_chains > 0.0:
+        network, label = with_wrong_chains(network, label, wrong_chains, generator, 20.0)
+    network = with_moved_orientations(network, generator, position_m, np.radians(angle_deg))
+    settings = MatchSettings(position_sigma_m=position_m, angle_sigma_rad=float(np.radians(angle_deg)))
+    return outcome(network, label, settings, truth.rotation, truth.eop[:, 3:])
 
 
 @dataclass(frozen=True)

@@ -1,12 +1,10 @@
-"""How far off orientations may be for unlabelled points to find their curves; how precise they are then.
+"""Labels and orientations that unlabelled points of reference data find, and how precise these are.
 
-    python -m benchmarks.matching_convergence six-image [--runs 100] [--figure docs/figures/matching-convergence.svg]
     python -m benchmarks.matching_convergence synthetic [--runs 200]
     python -m benchmarks.matching_convergence strasbourg [--runs 20]
 
-six-image: Lee's block with its control splines and approximate tie splines, labels removed, a third of the chains
-wrong, orientations off by ever more; the settings say by how much.  synthetic, strasbourg: reference data (skipped
-where they are not there); control curves of known shape, labels removed.
+Reference data (beside the project): control curves of known shape, labels removed, orientations off by what the
+settings say.  How far off they may be: convergence_radius.py.
 """
 
 from __future__ import annotations
@@ -15,7 +13,6 @@ import argparse
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -25,12 +22,9 @@ from splinebba_cli.core.matching.matches import MatchResult
 from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.core.network import FloatArray, IntArray, Network
 from splinebba_cli.core.quality.orientation_dispersion import eop_transform
-from splinebba_cli.simulation.six_image_block import simulate_block
-from splinebba_cli.simulation.truth import at_truth
 from tests.unlabelled import without_labels
 
 WRONG_CHAINS = 0.3
-OFFSETS = ((3.0, 0.5), (10.0, 2.0), (30.0, 5.0), (60.0, 10.0), (100.0, 15.0), (150.0, 20.0), (200.0, 30.0))
 FAR_OFF = 6.0  # sigma: an orientation that is farther from the truth did not converge
 
 
@@ -42,6 +36,7 @@ class Outcome:
     wrong: float  # with another one
     foreign: float  # share of points on no curve that got one
     converged: float  # share of images oriented within 6 sigma of the truth
+    misled: float  # share of images called oriented that are not
     seconds: float
     theta_error: FloatArray  # (m, 3) rad
     position_error: FloatArray  # (m, 3) m
@@ -69,11 +64,13 @@ def outcome(
     shift = result.network.images.position - position
     sigma = solver_sigma(result)
     off = np.abs(np.hstack([theta, shift])) / np.where(np.isfinite(sigma), sigma, 1e-12)
+    near = (off < FAR_OFF).all(axis=1)
     return Outcome(
         right=float(np.mean(curve[on_curve] == label[on_curve])),
         wrong=float(np.mean((curve[on_curve] >= 0) & (curve[on_curve] != label[on_curve]))),
         foreign=float(np.mean(curve[~on_curve] >= 0)) if (~on_curve).any() else 0.0,
-        converged=float(np.mean((off < FAR_OFF).all(axis=1))),
+        converged=float(np.mean(near)),
+        misled=float(np.mean(result.oriented & ~near)),
         seconds=seconds,
         theta_error=theta,
         position_error=shift,
@@ -86,19 +83,6 @@ def solver_sigma(result: MatchResult) -> FloatArray:
     inverse = np.linalg.inv(eop_transform(result.network.images, result.network.images.rotation))
     blocks = inverse @ result.eop_dispersion @ inverse.transpose(0, 2, 1)
     return np.sqrt(np.einsum("mii->mi", blocks))
-
-
-def six_image_run(seed: int, position_m: float, angle_deg: float, wrong_chains: float) -> Outcome:
-    """The six-image block, labels removed, orientations off by normal errors."""
-    simulated, truth = simulate_block("six-image", seed)
-    start = replace(simulated, images=at_truth(simulated, truth).images)
-    network, label = without_labels(start)
-    generator = np.random.default_rng(10_000 + seed)
-    if wrong_chains > 0.0:
-        network, label = with_wrong_chains(network, label, wrong_chains, generator, 20.0)
-    network = with_moved_orientations(network, generator, position_m, np.radians(angle_deg))
-    settings = MatchSettings(position_sigma_m=position_m, angle_sigma_rad=float(np.radians(angle_deg)))
-    return outcome(network, label, settings, truth.rotation, truth.eop[:, 3:])
 
 
 def synthetic_run(seed: int, random_share: float, every: int = 10, views: Sequence[int] = (0,)) -> Outcome:
@@ -145,41 +129,6 @@ def _summary(name: str, runs: Sequence[Outcome]) -> str:
 HEADER = f"{'':24s}  runs right [%] wrong [%]   foreign oriented [%]  s a run"
 
 
-def _six_image(runs: int, figure: Path | None) -> None:
-    shares: dict[str, list[tuple[float, float]]] = {}
-    print(HEADER)
-    for wrong in (0.0, WRONG_CHAINS):
-        for position, angle in OFFSETS:
-            found = [six_image_run(seed, position, angle, wrong) for seed in range(1, runs + 1)]
-            name = f"{100 * wrong:.0f} % of chains wrong"
-            print(_summary(f"{position:.0f} m, {angle:g} deg, {100 * wrong:.0f} %", found), flush=True)
-            shares.setdefault(name, []).append((angle, 100.0 * float(np.mean([f.converged for f in found]))))
-    if figure:
-        _draw(shares, figure)
-
-
-def _draw(shares: dict[str, list[tuple[float, float]]], path: Path) -> None:
-    import matplotlib as mpl
-
-    mpl.use("svg" if path.suffix == ".svg" else "agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(figsize=(6.4, 3.8), layout="constrained")
-    for name, line in shares.items():
-        axes.plot(*zip(*line, strict=True), "o-", label=name, markersize=4)
-    axes.set(
-        xlabel="σ of the errors of angles [°]; positions with them: "
-        + ", ".join(f"{p:.0f}" for p, _ in OFFSETS)
-        + " m",
-        ylabel="images oriented [%]",
-        ylim=(-3.0, 103.0),
-    )
-    axes.grid(visible=True, alpha=0.3)
-    axes.legend(fontsize=8)
-    figure.savefig(path)
-    plt.close(figure)
-
-
 def _precision(name: str, runs: Sequence[Outcome]) -> None:
     """Predicted standard deviations and the scatter of true errors of the first image."""
     theta = np.degrees([run.theta_error[0] for run in runs])
@@ -200,13 +149,9 @@ def _repeated(name: str, runs: int, one: Callable[[int], Outcome]) -> list[Outco
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("study", choices=("six-image", "synthetic", "strasbourg"))
+    parser.add_argument("study", choices=("synthetic", "strasbourg"))
     parser.add_argument("--runs", type=int, default=20)
-    parser.add_argument("--figure", type=Path)
     chosen = parser.parse_args()
-    if chosen.study == "six-image":
-        _six_image(chosen.runs, chosen.figure)
-        return
     print(HEADER)
     if chosen.study == "synthetic":
         half = list(range(0, 20, 2))
