@@ -61,11 +61,6 @@ class Case:
         return six_image_run(self.seed, self.position, self.angle, self.wrong_chains)
 
 
-def _single_threaded() -> None:
-    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
-        os.environ[name] = "1"
-
-
 def shares(found: Sequence[Outcome]) -> FloatArray:
     """Percent of images oriented and of images misled, of points right and wrong, of foreign points with a label."""
     every = [(f.converged, f.misled, f.right, f.wrong, f.foreign) for f in found]
@@ -111,7 +106,8 @@ def study(runs: int, jobs: int) -> tuple[dict[str, FloatArray], list[Outcome]]:
     """Shares of oriented images of all pairs of sigma by the share of wrong chains, and all runs."""
     tables: dict[str, FloatArray] = {}
     every: list[Outcome] = []
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn"), initializer=_single_threaded) as pool:
+    os.environ |= dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1")  # of the processes that begin
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
         for wrong in (0.0, WRONG_CHAINS):
             table = np.zeros((len(ANGLES), len(POSITIONS)))
             for (row, angle), (column, position) in product(enumerate(ANGLES), enumerate(POSITIONS)):
