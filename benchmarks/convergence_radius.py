@@ -106,7 +106,9 @@ def study(runs: int, jobs: int) -> tuple[dict[str, FloatArray], list[Outcome]]:
     """Shares of oriented images of all pairs of sigma by the share of wrong chains, and all runs."""
     tables: dict[str, FloatArray] = {}
     every: list[Outcome] = []
-    os.environ |= dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1")  # of the processes that begin
+    os.environ |= dict.fromkeys(
+        ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1"
+    )  # of the processes that begin
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
         for wrong in (0.0, WRONG_CHAINS):
             table = np.zeros((len(ANGLES), len(POSITIONS)))
