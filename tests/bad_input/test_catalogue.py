@@ -22,6 +22,10 @@ ELSEWHERE = {
     "SBB322": "points of `fit`",
     "SBB323": "points of `fit`",
     "SBB324": "points of `fit`",
+    "SBB332": "files of `chains`",
+    "SBB333": "files of `chains`",
+    "SBB334": "files of `chains`",
+    "SBB335": "files of `chains`",
     "SBB406": "pyarrow is not installed",
     "SBB407": "points of `fit`",
 }
