@@ -88,7 +88,7 @@ def unmatched_section(content: dict[str, Any]) -> Section:
     total = sum(reasons.values())
     rows = tuple(
         (word, REASONS[word].replace("`", ""), number, 100.0 * number / total)
-        for word, number in reasons.items()
+        for word, number in sorted(reasons.items(), key=lambda each: -each[1])
     )
     columns = (
         Column("Reason", numeric=False),
