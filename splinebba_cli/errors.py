@@ -78,6 +78,8 @@ ERROR_CODES: dict[str, str] = {
     "SBB333": "parts of a file that are no lines",
     "SBB334": "two chains of one name",
     "SBB335": "coordinates that are no pixels",
+    "SBB336": "image coordinates mirrored or turned",
+    "SBB337": "σ of image points too large",
     # 4xx: tables
     "SBB401": "table not found or unreadable",
     "SBB402": "missing or unknown column",

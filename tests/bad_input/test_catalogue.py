@@ -26,6 +26,8 @@ ELSEWHERE = {
     "SBB333": "files of `chains`",
     "SBB334": "files of `chains`",
     "SBB335": "files of `chains`",
+    "SBB336": "said by `match`, not by `check`",
+    "SBB337": "said by `match`, not by `check`",
     "SBB406": "pyarrow is not installed",
     "SBB407": "points of `fit`",
 }
