@@ -23,7 +23,7 @@ NOT_AS_TEXT = {
     "SBB409",
     "SBB411",
     "SBB412",
-}  # whole blocks of chains (tests/core/matching/test_doubts.py), bytes, sizes, a package that is missing (tests/bad_input)
+}  # blocks of chains (tests/core/matching/test_doubts.py), bytes, sizes, a package that is missing (tests/bad_input)
 
 
 def test_a_page_for_every_code_and_a_code_for_every_page() -> None:
