@@ -25,6 +25,7 @@ from splinebba_cli.report.run_sections import provenance_section
 from splinebba_cli.report.scale import length_scale, plural
 from splinebba_cli.report.sections import problems_section
 
+SCANT = 0.2  # of the share of all images: an image with less deserves a look
 REASONS = {
     "far": "no spline inside of the gate",
     "direction": "only splines that run in another direction",
@@ -127,8 +128,10 @@ def images_section(content: dict[str, Any]) -> Section:
         )
         for image in images
     )
-    marked = frozenset(k for k, image in enumerate(images) if not image["in_matched_project"])
-    blocks: list[Block] = [Table("Images", columns, rows, marked, source="match.json")]
+    marked = frozenset(k for k, image in enumerate(images) if _doubtful(image, content))
+    note = "Marked: nothing, or next to nothing, was matched in the image: look whether its orientation can be right."
+    table = Table("Images", columns, rows, marked, source="match.json", note=note if marked else "")
+    blocks: list[Block] = [table]
     drawn = drawn_images(images)
     if drawn:
         shown = f"; the {SHOWN} images with the smallest matched share first" if len(drawn) > SHOWN else ""
@@ -145,6 +148,14 @@ def images_section(content: dict[str, Any]) -> Section:
         )
         blocks.append(FigureBlock("match_images", caption, alt))
     return Section("images", "Images", tuple(blocks))
+
+
+def _doubtful(image: dict[str, Any], content: dict[str, Any]) -> bool:
+    """Whether so few points of an image are matched that chance would do it; labels of before speak for an image."""
+    if not image["in_matched_project"]:
+        return True
+    few = image["share"] is not None and image["share"] < SCANT * content["counts"]["share"]
+    return few and not content["counts"]["labelled_before"]
 
 
 def _orientation(image: dict[str, Any]) -> str:

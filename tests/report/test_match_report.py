@@ -175,6 +175,20 @@ def test_reasons_and_splines_are_in_an_order_that_helps(content: dict[str, Any])
     assert order == sorted(order) and {new for new, _ in order} == {False, True}
 
 
+def test_images_in_which_next_to_nothing_was_matched_are_marked(content: dict[str, Any]) -> None:
+    names = [image["id"] for image in content["images"]]
+    poor = [{**image, "share": 0.01 if image["id"] == "5" else image["share"]} for image in content["images"]]
+
+    def marked(before: int) -> set[str]:
+        counts = {**content["counts"], "labelled_before": before}
+        report = build_match_report({**content, "images": poor, "counts": counts})
+        table = next(b for s in report.sections for b in s.blocks if getattr(b, "caption", "") == "Images")
+        assert isinstance(table, Table) and "next to nothing" in table.note
+        return {names[row] for row in table.marked}
+
+    assert marked(0) == {LOST, "5"} and marked(100) == {LOST}
+
+
 def test_names_of_the_user_are_escaped(loaded: LoadedProject) -> None:
     hostile = "<script>alert(1)</script>"
     points = replace(
