@@ -134,13 +134,7 @@ def images_section(content: dict[str, Any]) -> Section:
     blocks: list[Block] = [table]
     drawn = drawn_images(images)
     if drawn:
-        shown = f"; the {SHOWN} images with the smallest matched share first" if len(drawn) > SHOWN else ""
-        caption = (
-            "Chains of every image over the splines as the image sees them with the orientation found"
-            + shown
-            + ". "
-            "Point at a chain for its name, its spline, or the reason why it has none."
-        )
+        caption = _caption(len(drawn), sum(image["points"] > 0 for image in images))
         worst = images[drawn[0]]
         alt = (
             f"Chains of {plural(len(drawn), 'image')}, matched and unmatched; smallest share "
@@ -148,6 +142,20 @@ def images_section(content: dict[str, Any]) -> Section:
         )
         blocks.append(FigureBlock("match_images", caption, alt))
     return Section("images", "Images", tuple(blocks))
+
+
+def _caption(drawn: int, images: int) -> str:
+    """What the drawings show; of large blocks they are some images."""
+    of = (
+        "every image"
+        if drawn == images
+        else f"the {drawn} images with the smallest matched share (of {images})"
+    )
+    first = f"; the {SHOWN} images with the smallest matched share first" if drawn == images > SHOWN else ""
+    return (
+        f"Chains of {of} over the splines as each image sees them with the orientation found{first}. "
+        "Point at a chain for its name, its spline, or the reason why it has none."
+    )
 
 
 def _doubtful(image: dict[str, Any], content: dict[str, Any]) -> bool:

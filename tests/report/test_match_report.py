@@ -15,9 +15,9 @@ from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.output.match_json import match_content
 from splinebba_cli.output.provenance import provenance
 from splinebba_cli.project.loading import LoadedProject, load_project
-from splinebba_cli.report.blocks import Table
+from splinebba_cli.report.blocks import FigureBlock, Table
 from splinebba_cli.report.match_headline import match_facts, match_verdict, percent
-from splinebba_cli.report.match_panels import SHOWN, panels_of
+from splinebba_cli.report.match_panels import POINTS, SHOWN, panels_of
 from splinebba_cli.report.match_panels_svg import CROWDED, match_images
 from splinebba_cli.report.match_report import write_match_reports
 from splinebba_cli.report.match_sections import REASONS, build_match_report
@@ -187,6 +187,20 @@ def test_images_in_which_next_to_nothing_was_matched_are_marked(content: dict[st
         return {names[row] for row in table.marked}
 
     assert marked(0) == {LOST, "5"} and marked(100) == {LOST}
+
+
+def test_the_caption_says_of_how_many_images_drawings_are(content: dict[str, Any]) -> None:
+    def caption(points: int, copies: int) -> str:
+        images = [{**image, "points": points} for image in content["images"] for _ in range(copies)]
+        report = build_match_report({**content, "images": images})
+        blocks = (b for s in report.sections for b in s.blocks)
+        return next(b.caption for b in blocks if isinstance(b, FigureBlock) and b.figure == "match_images")
+
+    few, many = caption(100, 1), caption(100, 2)
+    assert "of every image" in few and "first" not in few
+    assert "of every image" in many and f"the {SHOWN} images" in many
+    large = caption(POINTS, 2)
+    assert f"the {SHOWN} images with the smallest matched share (of 12)" in large
 
 
 def test_names_of_the_user_are_escaped(loaded: LoadedProject) -> None:
