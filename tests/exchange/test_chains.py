@@ -238,6 +238,14 @@ def test_thinned_points_are_a_spacing_apart(spacing: float) -> None:
     assert (gaps < 1.5 * spacing + along[1]).all()
 
 
+@pytest.mark.parametrize(
+    ("spacing", "kept"), [(5.0, [0, 5, 11]), (4.0, [0, 4, 8, 11]), (9.0, [0, 11]), (100.0, [0, 11])]
+)
+def test_the_last_but_one_goes_where_the_end_is_near(spacing: float, kept: list[int]) -> None:
+    xy = np.stack([np.arange(12.0), np.zeros(12)], axis=1)
+    assert thinned(xy, spacing)[:, 0].tolist() == kept
+
+
 def test_thinning_keeps_what_is_sparse() -> None:
     xy = np.array(LINE)
     np.testing.assert_array_equal(thinned(xy, 5.0), xy)
