@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from splinebba_cli.commands import chains_options as option
 from splinebba_cli.commands.console import Log, expected_errors, print_json, rich_console
 from splinebba_cli.commands.digitised_options import column_names
-from splinebba_cli.commands.options import FormatOption, OutputFormat, QuietOption
+from splinebba_cli.commands.options import FormatOption, OutputFormat, QuietOption, VerboseOption
 from splinebba_cli.commands.places import require_place
 from splinebba_cli.errors import OutputError, UsageError
 
@@ -32,9 +32,10 @@ def chains(
     format: FormatOption = OutputFormat.text,
     force: option.ForceOption = False,
     quiet: QuietOption = False,
+    verbose: VerboseOption = 0,
 ) -> None:
     """Make a table of chains for a project from files of tracing tools: GeoJSON, labelme, points, segments."""
-    log = Log(quiet)
+    log = Log(quiet, verbose)
     with expected_errors(as_json=format is OutputFormat.json):
         from splinebba_cli.exchange.chain_conversion import ConversionOptions, converted_chains
         from splinebba_cli.exchange.traced_chains import TracingOptions
@@ -50,6 +51,7 @@ def chains(
         if output != STDOUT:
             write_file_atomically(output, converted.csv_text())
         _print(converted, output, format, log)
+        log.finished()
 
 
 def _check_place(output: Path, force: bool) -> None:
