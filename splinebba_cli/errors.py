@@ -74,6 +74,12 @@ ERROR_CODES: dict[str, str] = {
     "SBB329": "image points without a label",
     "SBB330": "directions that do not follow their chains",
     "SBB331": "image points given twice",
+    "SBB332": "no chains in a file",
+    "SBB333": "parts of a file that are no lines",
+    "SBB334": "two chains of one name",
+    "SBB335": "coordinates that are no pixels",
+    "SBB336": "image coordinates mirrored or turned",
+    "SBB337": "σ of image points too large",
     # 4xx: tables
     "SBB401": "table not found or unreadable",
     "SBB402": "missing or unknown column",
@@ -238,6 +244,12 @@ class PointsFileError(ProjectError):
     """A file of digitised points is invalid."""
 
     subject = "the points"
+
+
+class ChainsFileError(ProjectError):
+    """A file of traced chains is invalid."""
+
+    subject = "the chains"
 
 
 class NotSolvableError(SplinebbaError):

@@ -13,6 +13,7 @@ from splinebba_cli import __version__
 from splinebba_cli.commands import (
     adjust,
     batch,
+    chains,
     check,
     compare,
     explain,
@@ -146,6 +147,12 @@ _add(
     "check", check.check, "Validate a project and count, without adjusting it.",
     "project.yaml",
     "project.yaml --format github",
+)  # fmt: skip
+_add(
+    "chains", chains.chains, "Make a table of chains from traced lines.",
+    "traced/*.json -o chains.csv",
+    "DSC_1.txt DSC_2.txt --columns x1,y1,x2,y2",
+    "edges/*.geojson --y-up 0 --spacing 5 --min-points 20",
 )  # fmt: skip
 _add(
     "match", match.match, "Find the splines of unlabelled chains.",

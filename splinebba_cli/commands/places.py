@@ -19,12 +19,12 @@ def require_place(place: Path | None) -> None:
     if place is None:
         return
     folder = place.parent
-    if not folder.is_dir():
+    if not os.path.isdir(folder):  # unlike is_dir, no error where a name is too long
         help = "make the folder first, or choose another one"
         raise OutputError("SBB601", f"cannot write {place}: there is no folder `{folder}`", help)
-    if place.is_dir():
+    if os.path.isdir(place):
         raise OutputError("SBB607", f"cannot write {place}: it is a folder", "choose the name of a file")
-    if not os.access(place if place.exists() else folder, os.W_OK):
+    if not os.access(place if os.path.exists(place) else folder, os.W_OK):
         raise OutputError(
             "SBB605", f"cannot write {place}: not allowed", "choose a place in which you may write"
         )

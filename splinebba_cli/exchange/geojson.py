@@ -6,9 +6,7 @@ frame all the same, with or without the member ``crs`` of the older specificatio
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -20,16 +18,21 @@ from splinebba_cli.exchange.digitised_lines import (
     ReadingOptions,
     look_like_degrees,
 )
+from splinebba_cli.exchange.geojson_geometry import (
+    NotGeojsonError,
+    feature_id,
+    geometries,
+    part_name,
+    parts,
+    positions,
+)
+from splinebba_cli.exchange.json_file import NoJsonError, json_of
 from splinebba_cli.project.diagnostics import Collector, Place
 from splinebba_cli.project.plain_text import id_problem
 from splinebba_cli.project.scalars import LARGEST_NUMBER
 
 GEOGRAPHIC = ("CRS84", "EPSG::4326", "EPSG:4326", "EPSG::4979", "EPSG:4979", "EPSG::4258", "EPSG:4258")
 ID_PROPERTIES = ("id", "name")
-
-
-class _NotGeojsonError(Exception):
-    """What is wrong."""
 
 
 def lines_from_geojson(
@@ -42,17 +45,11 @@ def lines_from_geojson(
     """
     place = Place(file)
     try:
-        data = json.loads(text)
-    except json.JSONDecodeError as error:
-        at = Place(file, error.lineno, error.colno, 1, _line(text, error.lineno))
-        collector.error("SBB407", f"not JSON: {error.msg}", at)
-        return []
-    except RecursionError:
-        collector.error("SBB407", "nested too deeply", place)
-        return []
-    try:
+        data = json_of(text, file, "SBB407", collector)
         lines, passed_over = _lines(data, options)
-    except _NotGeojsonError as error:
+    except NoJsonError:
+        return []
+    except NotGeojsonError as error:
         collector.error("SBB407", f"not GeoJSON: {error}", place)
         return []
     if passed_over:
@@ -67,77 +64,24 @@ def lines_from_geojson(
     return lines
 
 
-def _line(text: str, number: int) -> str:
-    lines = text.splitlines()
-    return lines[number - 1] if number <= len(lines) else ""
-
-
 def _lines(data: Any, options: ReadingOptions) -> tuple[list[DigitisedLine], list[str]]:
     lines, passed_over = [], []
-    for id, geometry in _geometries(data):
-        kind = geometry.get("type")
-        parts = list(_parts(geometry))
-        if not parts:
-            passed_over.append(str(kind))
-        for number, (closed, rows) in enumerate(parts):
-            name = f"{id}-{number + 1}" if id and len(parts) > 1 else id
+    for feature, geometry in geometries(data):
+        found = list(parts(geometry))
+        if not found:
+            passed_over.append(str(geometry.get("type")))
+        id = feature_id(feature, ID_PROPERTIES)
+        for number, (closed, rows) in enumerate(found, start=1):
+            name = part_name(id, number, len(found))
             lines.append(DigitisedLine(name, _array(rows, options.height), closed))
     return lines, passed_over
 
 
-def _geometries(data: Any) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Geometries with the ids of their features."""
-    if not isinstance(data, dict) or not isinstance(data.get("type"), str):
-        raise _NotGeojsonError("no object with a `type`")
-    if data["type"] == "FeatureCollection":
-        features = data.get("features")
-        if not isinstance(features, list):
-            raise _NotGeojsonError("a FeatureCollection without a list of `features`")
-        for feature in features:
-            yield from _geometries(feature)
-    elif data["type"] == "Feature":
-        properties = data.get("properties") if isinstance(data.get("properties"), dict) else {}
-        assert isinstance(properties, dict)
-        found = next((properties[key] for key in ID_PROPERTIES if properties.get(key) is not None), None)
-        found = data.get("id") if found is None else found
-        if isinstance(data.get("geometry"), dict):
-            for _, geometry in _geometries(data["geometry"]):
-                yield ("" if found is None else str(found).strip()), geometry
-    elif data["type"] == "GeometryCollection":
-        for geometry in data.get("geometries") or []:
-            yield from _geometries(geometry)
-    else:
-        yield "", data
-
-
-def _parts(geometry: dict[str, Any]) -> Iterator[tuple[bool, Any]]:
-    """Whether it is closed, and the positions of every line of a geometry."""
-    kind, coordinates = geometry.get("type"), geometry.get("coordinates")
-    if kind not in ("LineString", "MultiLineString", "Polygon", "MultiPolygon"):
-        return
-    if not isinstance(coordinates, list):
-        raise _NotGeojsonError(f"a {kind} without a list of `coordinates`")
-    nested = coordinates
-    if kind == "LineString":
-        nested = [coordinates]
-    elif kind == "MultiPolygon":
-        nested = [ring for polygon in coordinates if isinstance(polygon, list) for ring in polygon]
-    for rows in nested:
-        yield kind.endswith("Polygon"), rows
-
-
 def _array(rows: Any, height: float | None) -> FloatArray:
     """Positions, (n, 3); a height that is missing is given or NaN."""
-    out = []
-    for row in rows if isinstance(rows, list) else [None]:
-        if not isinstance(row, list) or len(row) < 2 or not all(map(_is_number, row)):
-            raise _NotGeojsonError(f"`{json.dumps(row)[:60]}` is no position")
-        out.append([*row[:3], math.inf if height is None else height][:3])
+    missing = math.inf if height is None else height
+    out = [[*row[:3], missing][:3] for row in positions(rows)]
     return np.array(out, dtype=float).reshape(-1, 3)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def _check_coordinates(

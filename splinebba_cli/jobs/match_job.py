@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -115,6 +115,7 @@ def run_match(
     OutputError
         If the results cannot be written; an earlier folder is left as it was.
     """
+    from splinebba_cli.core.matching.doubts import doubts
     from splinebba_cli.core.matching.match import match
     from splinebba_cli.output.match_folder import reserve_match_folder, write_match_folder
     from splinebba_cli.output.match_json import match_content
@@ -131,6 +132,7 @@ def run_match(
     directory = options.output if options.output is not None else default_match_output(loaded.path)
     with reserve_match_folder(directory) as place:
         result = match(loaded.network, loaded.match_settings, observer=iterated)
+        result = replace(result, problems=(*doubts(result, loaded.match_settings), *result.problems))
         require_matches(result)
         matched = time.perf_counter()
         seconds = {"read": read - start, "match": matched - read}

@@ -13,6 +13,7 @@ from splinebba_cli.project.build_context import Building, stacked
 from splinebba_cli.project.build_images import ImageRows
 from splinebba_cli.project.diagnostics import Place
 from splinebba_cli.project.model_observations import ObservationGroup
+from splinebba_cli.project.pixel_frames import warn_of_outside
 from splinebba_cli.project.plausibility import check_field_of_view
 from splinebba_cli.project.table import Table
 from splinebba_cli.project.table_reader import Wanted
@@ -262,12 +263,8 @@ def _check_inside(
         wanted = group.image_coordinates or frame.image_coordinates
         if frame.size_px is None or not wanted.startswith("pixel"):
             continue
-        size = np.array(frame.size_px)
-        outside = ((measured < -1.0) | (measured > size + 1.0)).any(axis=1) & (camera == number)
-        for row in np.flatnonzero(outside):
-            message = f"measured outside of the image ({size[0]} × {size[1]} px)"
-            place = table.place_of(int(row), "x")
-            building.collector.warning("SBB313", message, place, kind="measurements outside of the image")
+        rows = np.flatnonzero(camera == number)
+        warn_of_outside(rows, measured[rows], np.array(frame.size_px, dtype=float), table, building)
 
 
 def kept_rows(rows: ObservationRows, renumbered: IntArray) -> IntArray:

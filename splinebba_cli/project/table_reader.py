@@ -299,7 +299,12 @@ class TableReader:
             help = suggestion(missing[0], set(table.columns) - set(ours.values()))
             help = help or f"it has {listing(table.columns, 20)}"
             if spec.table is not None and spec.columns is None:
-                help += "; if its first row is no header, declare `columns: [...]`"
+                named = ", ".join(f"{name}: …" for name in missing)
+                end = "" if help.endswith("?") else ";"
+                help += (
+                    f"{end} `columns: {{{named}}}` tells its names of them, `columns: [...]` those of a table without "
+                    "a header"
+                )
             self.collector.error("SBB402", f"`{table.file}` has no column {listing(missing)}", at, help)
             raise TableUnreadableError
         for theirs in unused:

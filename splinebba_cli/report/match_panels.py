@@ -10,6 +10,7 @@ import numpy as np
 
 from splinebba_cli.core.matching.matches import MatchResult
 from splinebba_cli.core.network import Camera, FloatArray, IntArray
+from splinebba_cli.exchange.chain_thinning import thinned
 from splinebba_cli.project.matched_tables import reason_word
 from splinebba_cli.report.projected_curves import ProjectedCurves
 from splinebba_cli.report.svg_text import number
@@ -17,7 +18,9 @@ from splinebba_cli.report.svg_text import number
 SHOWN = 6  # images that are seen at once
 POINTS = 60_000  # of all images together that are drawn
 WIDTH, EDGE = 400.0, 1.0
-_KINDS = ("matched", "new", "unmatched")
+UNMATCHED = "unmatched"
+_KINDS = ("matched", "new", UNMATCHED)
+_STEP = 0.4  # of a drawing: points of dense chains that are nearer to each other are left out
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,7 @@ class Stroke:
 
 @dataclass(frozen=True)
 class Panel:
-    """The drawing of one image, EDGE around it."""
+    """The drawing of one image, EDGE around it; what is unmatched lies below the rest."""
 
     image: int  # its number among the images of match.json
     height: float
@@ -82,15 +85,17 @@ class _Panels:
         height = 2.0 * half[1] * scale
         middle = np.array([0.5 * WIDTH, EDGE + 0.5 * height])
         flip = scale * np.array([1.0, -1.0])
-        strokes = []
+        curves = []
         for curve, weak, xy in self._curves.lines(image, half):
             kind, says = ("weak", ": weak part") if weak else ("projected", "")
-            strokes.append(Stroke(kind, _line(middle + flip * xy), f"spline {self._names[curve]}{says}"))
-        strokes += self._chains(rows, middle + flip * self._points.photo_xy[rows])
+            curves.append(Stroke(kind, _line(middle + flip * xy), f"spline {self._names[curve]}{says}"))
+        chains = self._chains(rows, middle + flip * self._points.photo_xy[rows])
+        matched = [stroke for stroke in chains if stroke.kind != UNMATCHED]
+        strokes = [*(stroke for stroke in chains if stroke.kind == UNMATCHED), *curves, *matched]
         return Panel(image, height, _frame(camera, half, scale, height), tuple(strokes))
 
     def _chains(self, rows: IntArray, places: FloatArray) -> list[Stroke]:
-        """A line for every run of points of one chain with one curve, unmatched ones last."""
+        """A line for every run of points of one chain with one curve, those on new curves last."""
         chain, curve = self._points.chain[rows], self._result.matches.curve[rows]
         alone = chain < 0
         breaks = np.flatnonzero((chain[1:] != chain[:-1]) | (curve[1:] != curve[:-1]) | alone[1:]) + 1
@@ -115,7 +120,7 @@ def _line(places: FloatArray) -> str:
     if len(places) == 1:
         x, y = places[0]
         return f"M{number(x - 1, 1)} {number(y, 1)}h2"
-    return "M" + "L".join(f"{number(x, 1)} {number(y, 1)}" for x, y in places)
+    return "M" + "L".join(f"{number(x, 1)} {number(y, 1)}" for x, y in thinned(places, _STEP))
 
 
 def _half(xy: FloatArray, camera: Camera) -> FloatArray:

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from html import escape
 from typing import Any
 
-from splinebba_cli.report.match_panels import EDGE, SHOWN, WIDTH, Panel, Stroke
+from splinebba_cli.report.match_panels import EDGE, SHOWN, UNMATCHED, WIDTH, Panel, Stroke
 from splinebba_cli.report.svg_text import escaped_line, number, titled
 
+CROWDED = 500  # unmatched chains of an image from which they are drawn thin
 _CURVES = ("projected", "weak")
 _MARKS = (
     ("d-matched", "━", "on a spline of the project"),
@@ -50,10 +51,16 @@ def _svg(panel: Panel, about: dict[str, Any]) -> str:
         f'<p id="{name}">Image <strong>{escaped_line(about["id"], 40)}</strong> '
         f"{about['matched']} of {about['points']} points matched</p>"
     )
+    drawing = f'<svg class="map{_density(panel)}" viewBox="{view}">{frame}{"".join(map(_path, panel.strokes))}</svg>'
     return (
         f'<div class="panel">{title}<div class="scroll" tabindex="0" role="img" aria-labelledby="{name}">'
-        f'<svg class="map" viewBox="{view}">{frame}{"".join(map(_path, panel.strokes))}</svg></div></div>'
+        f"{drawing}</div></div>"
     )
+
+
+def _density(panel: Panel) -> str:
+    """A class for drawings in which unmatched chains would cover all else."""
+    return " crowded" if sum(stroke.kind == UNMATCHED for stroke in panel.strokes) > CROWDED else ""
 
 
 def _path(stroke: Stroke) -> str:

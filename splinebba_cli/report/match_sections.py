@@ -25,6 +25,7 @@ from splinebba_cli.report.run_sections import provenance_section
 from splinebba_cli.report.scale import length_scale, plural
 from splinebba_cli.report.sections import problems_section
 
+SCANT = 0.2  # of the share of all images: an image with less deserves a look
 REASONS = {
     "far": "no spline inside of the gate",
     "direction": "only splines that run in another direction",
@@ -89,7 +90,7 @@ def unmatched_section(content: dict[str, Any]) -> Section:
     total = sum(reasons.values())
     rows = tuple(
         (word, REASONS[word].replace("`", ""), number, 100.0 * number / total)
-        for word, number in reasons.items()
+        for word, number in sorted(reasons.items(), key=lambda each: -each[1])
     )
     columns = (
         Column("Reason", numeric=False),
@@ -128,17 +129,13 @@ def images_section(content: dict[str, Any]) -> Section:
         )
         for image in images
     )
-    marked = frozenset(k for k, image in enumerate(images) if not image["in_matched_project"])
-    blocks: list[Block] = [Table("Images", columns, rows, marked, source="match.json")]
+    marked = frozenset(k for k, image in enumerate(images) if _doubtful(image, content))
+    note = "Marked: nothing, or next to nothing, was matched in the image: look whether its orientation can be right."
+    table = Table("Images", columns, rows, marked, source="match.json", note=note if marked else "")
+    blocks: list[Block] = [table]
     drawn = drawn_images(images)
     if drawn:
-        shown = f"; the {SHOWN} images with the smallest matched share first" if len(drawn) > SHOWN else ""
-        caption = (
-            "Chains of every image over the splines as the image sees them with the orientation found"
-            + shown
-            + ". "
-            "Point at a chain for its name, its spline, or the reason why it has none."
-        )
+        caption = _caption(len(drawn), sum(image["points"] > 0 for image in images))
         worst = images[drawn[0]]
         alt = (
             f"Chains of {plural(len(drawn), 'image')}, matched and unmatched; smallest share "
@@ -146,6 +143,28 @@ def images_section(content: dict[str, Any]) -> Section:
         )
         blocks.append(FigureBlock("match_images", caption, alt))
     return Section("images", "Images", tuple(blocks))
+
+
+def _caption(drawn: int, images: int) -> str:
+    """What the drawings show; of large blocks they are some images."""
+    of = (
+        "every image"
+        if drawn == images
+        else f"the {drawn} images with the smallest matched share (of {images})"
+    )
+    first = f"; the {SHOWN} images with the smallest matched share first" if drawn == images > SHOWN else ""
+    return (
+        f"Chains of {of} over the splines as each image sees them with the orientation found{first}. "
+        "Point at a chain for its name, its spline, or the reason why it has none."
+    )
+
+
+def _doubtful(image: dict[str, Any], content: dict[str, Any]) -> bool:
+    """Whether so few points of an image are matched that chance would do it; labels of before speak for an image."""
+    if not image["in_matched_project"]:
+        return True
+    few = image["share"] is not None and image["share"] < SCANT * content["counts"]["share"]
+    return few and not content["counts"]["labelled_before"]
 
 
 def _orientation(image: dict[str, Any]) -> str:

@@ -37,13 +37,13 @@ class MatchSummary:
             yield from rich_table(table, options.max_width)
 
     def _tables(self) -> Iterator[Table]:
-        """Why points have no spline; images and splines, the worst first."""
+        """Why points have no spline; images and splines, the worst first, those of the project before new ones."""
         content = self._content
         sections = (unmatched_section(content), images_section(content), splines_section(content))
         orders = (
             None,
-            [image["share"] if image["share"] is not None else 2.0 for image in content["images"]],
-            [spline["points"] for spline in content["splines"]],
+            [(False, image["share"] if image["share"] is not None else 2.0) for image in content["images"]],
+            [(spline["new"], spline["points"]) for spline in content["splines"]],
         )
         for section, order in zip(sections, orders, strict=True):
             for block in section.blocks:
@@ -51,7 +51,7 @@ class MatchSummary:
                     yield block if order is None else _smallest_first(block, order)
 
 
-def _smallest_first(table: Table, values: list[float]) -> Table:
+def _smallest_first(table: Table, values: list[tuple[bool, float]]) -> Table:
     """The rows with the smallest values first."""
     order = sorted(range(len(table.rows)), key=lambda row: (values[row], row))
     return replace(

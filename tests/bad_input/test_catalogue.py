@@ -22,6 +22,12 @@ ELSEWHERE = {
     "SBB322": "points of `fit`",
     "SBB323": "points of `fit`",
     "SBB324": "points of `fit`",
+    "SBB332": "files of `chains`",
+    "SBB333": "files of `chains`",
+    "SBB334": "files of `chains`",
+    "SBB335": "files of `chains`",
+    "SBB336": "said by `match`, not by `check`",
+    "SBB337": "said by `match`, not by `check`",
     "SBB406": "pyarrow is not installed",
     "SBB407": "points of `fit`",
 }

@@ -48,6 +48,11 @@ CASES = (
     Case("adjust", "JUnit in no folder", "{good} -o {new} --junit {nothing}/j.xml", 2),
     Case("adjust", "JUnit is a folder", "{good} -o {new} --junit {folder}", 2),
     Case("adjust", "quiet and verbose", "{good} -o {new} -q -v", 2),
+    Case("chains", "segments", "{segments} --columns x1,y1,x2,y2 -o {new}", 0),
+    Case("chains", "missing", "{nothing} -o {new}", 2),
+    Case("chains", "no header", "{segments} -o {new}", 2),
+    Case("chains", "output in no folder", "{segments} --columns x1,y1,x2,y2 -o {nothing}/x.csv", 2),
+    Case("chains", "output has too long a name", "{segments} --columns x1,y1,x2,y2 -o {long}", 2),
     Case("match", "matched", "{chains} -o {new} --no-html --rounds 3", 0),
     Case("match", "not accepted", "{demanding} -o {new} --no-html --rounds 3", 1),
     Case("match", "no chains", "{good} -o {new}", 2),
@@ -122,11 +127,13 @@ def stage(folder: Path) -> dict[str, str]:
     (folder / "file").write_text("mine", encoding="utf-8")
     rows = "".join(f"{x},{0.01 * x * x},0\n" for x in range(30))
     (folder / "points.csv").write_text(f"x,y,z\n{rows}", encoding="utf-8")
+    (folder / "segments.txt").write_text("1 2 30 40\n5 6 70 8\n", encoding="utf-8")
     names = (
         "good", "strict", "bad", "singular", "results", "others", "folder", "file", "nothing", "chains", "demanding",
     )  # fmt: skip
     return {name: str(folder / name) for name in names} | {
         "points": str(folder / "points.csv"),
+        "segments": str(folder / "segments.txt"),
         "long": str(folder / ("x" * 300)),
     }
 

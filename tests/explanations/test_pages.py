@@ -17,11 +17,13 @@ PROJECT_CODES = [code for code in ERROR_CODES if code[3] in "1234"]
 NOT_AS_TEXT = {
     "SBB103",
     "SBB109",
+    "SBB336",
+    "SBB337",
     "SBB406",
     "SBB409",
     "SBB411",
     "SBB412",
-}  # bytes, sizes, a package that is missing; see tests/bad_input
+}  # blocks of chains (tests/core/matching/test_doubts.py), bytes, sizes, a package that is missing (tests/bad_input)
 
 
 def test_a_page_for_every_code_and_a_code_for_every_page() -> None:

@@ -15,12 +15,13 @@ from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.output.match_json import match_content
 from splinebba_cli.output.provenance import provenance
 from splinebba_cli.project.loading import LoadedProject, load_project
-from splinebba_cli.report.blocks import Table
+from splinebba_cli.report.blocks import FigureBlock, Table
 from splinebba_cli.report.match_headline import match_facts, match_verdict, percent
-from splinebba_cli.report.match_panels import SHOWN, panels_of
-from splinebba_cli.report.match_panels_svg import match_images
+from splinebba_cli.report.match_panels import POINTS, SHOWN, panels_of
+from splinebba_cli.report.match_panels_svg import CROWDED, match_images
 from splinebba_cli.report.match_report import write_match_reports
 from splinebba_cli.report.match_sections import REASONS, build_match_report
+from splinebba_cli.report.match_summary import MatchSummary
 from splinebba_cli.report.projected_curves import SAMPLES, ProjectedCurves
 from tests.labelled_chains import LOST, known_matching, street
 
@@ -129,6 +130,77 @@ def test_of_many_images_those_with_the_smallest_share_are_shown(
     order = re.findall(r"Image <strong>(\w+)</strong>", drawn_page(result, content["images"]))
     share = {image["id"]: image["share"] for image in content["images"]}
     assert order == sorted(order, key=lambda id: share[id]) and order[0] == LOST and len(order) <= SHOWN
+
+
+def test_unmatched_chains_lie_below_all_else(content: dict[str, Any], result: MatchResult) -> None:
+    for panel in panels_of(result, content["images"]):
+        kinds = [stroke.kind for stroke in panel.strokes]
+        below = kinds.count("unmatched")
+        assert set(kinds[:below]) <= {"unmatched"}
+        assert kinds[below:] == sorted(kinds[below:], key=lambda kind: kind in ("matched", "new"))
+
+
+def test_dense_chains_are_drawn_with_the_points_that_can_be_seen(
+    loaded: LoadedProject, content: dict[str, Any], result: MatchResult
+) -> None:
+    """Every point of one image moved together to a thousandth: a drawing of dots, one of each chain."""
+    points = loaded.network.unlabelled
+    near = replace(points, photo_xy=points.photo_xy * 1e-3)
+    dense = replace(result, given=replace(result.given, unlabelled=near))
+    panel = panels_of(dense, content["images"])[-1]
+    drawn = [stroke for stroke in panel.strokes if stroke.kind in ("matched", "new", "unmatched")]
+    assert drawn and all(stroke.path.count("L") <= 1 for stroke in drawn)
+
+
+def test_crowds_of_unmatched_chains_are_thin(content: dict[str, Any], result: MatchResult) -> None:
+    panels = panels_of(result, content["images"])
+    assert "map crowded" not in match_images(panels, content["images"], new=True)
+    stroke = next(s for s in panels[0].strokes if s.kind == "unmatched")
+    crowd = replace(panels[0], strokes=(stroke,) * (CROWDED + 1))
+    assert match_images([crowd], content["images"], new=True).count("map crowded") == 1
+
+
+def test_reasons_and_splines_are_in_an_order_that_helps(content: dict[str, Any]) -> None:
+    mixed = {**content, "reasons": {"chain": 2, "far": 70, "taken": 8}}
+    (table,) = [
+        b
+        for s in build_match_report(mixed).sections
+        for b in s.blocks
+        if getattr(b, "caption", "") == "Reasons"
+    ]
+    assert isinstance(table, Table) and [row[0] for row in table.rows] == ["far", "taken", "chain"]
+    shown = next(table for table in MatchSummary(content)._tables() if table.caption == "Matched splines")
+    names = {spline["id"]: spline for spline in content["splines"]}
+    order = [(names[str(row[0])]["new"], names[str(row[0])]["points"]) for row in shown.rows]
+    assert order == sorted(order) and {new for new, _ in order} == {False, True}
+
+
+def test_images_in_which_next_to_nothing_was_matched_are_marked(content: dict[str, Any]) -> None:
+    names = [image["id"] for image in content["images"]]
+    poor = [{**image, "share": 0.01 if image["id"] == "5" else image["share"]} for image in content["images"]]
+
+    def marked(before: int) -> set[str]:
+        counts = {**content["counts"], "labelled_before": before}
+        report = build_match_report({**content, "images": poor, "counts": counts})
+        table = next(b for s in report.sections for b in s.blocks if getattr(b, "caption", "") == "Images")
+        assert isinstance(table, Table) and "next to nothing" in table.note
+        return {names[row] for row in table.marked}
+
+    assert marked(0) == {LOST, "5"} and marked(100) == {LOST}
+
+
+def test_the_caption_says_of_how_many_images_drawings_are(content: dict[str, Any]) -> None:
+    def caption(points: int, copies: int) -> str:
+        images = [{**image, "points": points} for image in content["images"] for _ in range(copies)]
+        report = build_match_report({**content, "images": images})
+        blocks = (b for s in report.sections for b in s.blocks)
+        return next(b.caption for b in blocks if isinstance(b, FigureBlock) and b.figure == "match_images")
+
+    few, many = caption(100, 1), caption(100, 2)
+    assert "of every image" in few and "first" not in few
+    assert "of every image" in many and f"the {SHOWN} images" in many
+    large = caption(POINTS, 2)
+    assert f"the {SHOWN} images with the smallest matched share (of 12)" in large
 
 
 def test_names_of_the_user_are_escaped(loaded: LoadedProject) -> None:

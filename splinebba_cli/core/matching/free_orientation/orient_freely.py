@@ -87,7 +87,9 @@ def _from_chains(
     ends = known.ends(network)
     found: dict[int, FittedOrientation] = {}
     reasons: dict[int, Problem] = {}
-    for number in images:
+    for count, number in enumerate(images, start=1):
+        name = network.images.ids[number]
+        _log.info("image %s: searching for its orientation (%d of %d)", name, count, len(images))
         chains = image_chains(network, number)
         if chains is None or not len(known.used):
             reasons[number] = _nothing_to_search(network, number, chains is None)
@@ -96,7 +98,7 @@ def _from_chains(
         problem = _verdict(network, number, result, known)
         if problem is None and result.best is not None:
             found[number] = result.best
-            _log.info("image %s: oriented from %d points", network.images.ids[number], result.best.points)
+            _log.info("image %s: oriented from %d points", name, result.best.points)
         elif problem is not None:
             reasons[number] = problem
     return found, reasons

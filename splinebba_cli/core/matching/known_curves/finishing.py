@@ -118,9 +118,10 @@ def _without_measurements(context: LoopContext, progress: Progress) -> BoolArray
 
 
 def _empty_images(context: LoopContext, seen: IntArray) -> list[Problem]:
-    """Warnings about images none of whose unlabelled points follows a curve."""
+    """Warnings about images none of whose points follows a curve; what others have labelled speaks for an image."""
     ids, image = context.network.images.ids, context.network.unlabelled.image[context.usable]
-    has_points = (np.bincount(image, minlength=len(ids)) > 0) & ~context.blocked
+    labelled = np.bincount(context.start.network.curve_observations.image, minlength=len(ids)) > 0
+    has_points = (np.bincount(image, minlength=len(ids)) > 0) & ~context.blocked & ~labelled
     return [
         Problem(
             "SBB582",

@@ -173,6 +173,20 @@ def test_an_image_of_something_else_is_told() -> None:
     assert not found.oriented.any()
 
 
+def test_an_image_with_labels_whose_other_points_follow_nothing_is_not_called_wrong(
+    matched: MatchResult,
+) -> None:
+    """As when a matched project is matched again: what is left are the chains that belong to nothing."""
+    points = matched.given.unlabelled
+    away = replace(points, photo_xy=points.photo_xy[:, ::-1] + [20.0, 40.0], chain=np.full(len(points), -1))
+    left = replace(matched.network, unlabelled=away)
+    found = match(left, SETTINGS)
+    assert (found.matches.curve < 0).mean() > 0.9
+    nobody = replace(left, curve_observations=matched.given.curve_observations)
+    assert "SBB582" not in {each.code for each in found.problems}
+    assert {each.code for each in match(nobody, SETTINGS).problems} & {"SBB582", "SBB584"}
+
+
 def test_nothing_to_match() -> None:
     curves = [control(ROADS[0], "road")]
     assert len(match(network(curves, [])).matches.curve) == 0
