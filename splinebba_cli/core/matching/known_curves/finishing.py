@@ -209,6 +209,6 @@ def _dispersion(progress: Progress, solved: Round | None, oriented: BoolArray) -
     """Dispersions of orientations of the last adjustment, times its variance of unit weight."""
     found = np.full((len(oriented), 6, 6), np.nan)
     if solved is not None:
-        factor = solved.sigma0**2 if np.isfinite(solved.sigma0) else 1.0
+        factor = solved.fit.variance if solved.fit.redundancy else 1.0
         found[oriented] = factor * progress.uncertainty.eop[oriented]
     return found
