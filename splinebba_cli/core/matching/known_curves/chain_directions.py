@@ -18,7 +18,7 @@ FEWEST = 3  # points of a chain that tells directions: two say nothing of how it
 TURNING = (
     0.6  # of what the direction turns over half a window: where an edge bends, its chord is not its tangent
 )
-FOLD, FOLD_SIGMA = 1.0, 4.0  # rad, between the ways to a point and on from it, and its own sigma: no line fits
+FOLD, FOLD_SIGMA = 1.0, 4.0  # rad, and its own sigma: of a turn at a point through which no line is fitted
 GIVEN_SIGMA = 0.1  # rad, of directions that come with the points
 
 
