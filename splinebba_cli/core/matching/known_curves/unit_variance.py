@@ -38,11 +38,14 @@ class UnitVariance:
         return float(np.sqrt(self.variance))
 
     @property
+    def largest(self) -> float:
+        """What sigma0 exceeds once in a thousand times where the stated sigma are right; inf without redundancy."""
+        return float(np.sqrt(chdtri(self.redundancy, ALPHA) / self.redundancy)) if self.redundancy else np.inf
+
+    @property
     def noise(self) -> float:
         """Factor of the stated sigma of points: sigma0 where that refutes them, else 1."""
-        if not self.redundancy or self.variance <= chdtri(self.redundancy, ALPHA) / self.redundancy:
-            return 1.0
-        return self.sigma0
+        return self.sigma0 if self.sigma0 > self.largest else 1.0
 
 
 def unit_variance(
