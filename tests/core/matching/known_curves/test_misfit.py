@@ -46,13 +46,30 @@ def test_nothing_is_said_of_a_good_network(seed: int) -> None:
     assert problems(hills(seed=seed)) == {}
 
 
+def asked(given: Network) -> tuple[float, float]:
+    """The principal distance of SBB585 and its sigma."""
+    message = problems(given)["SBB585"].message
+    value, sigma = map(float, re.findall(r"of ([\d.]+) ± ([\d.]+) mm", message)[0])
+    return value, sigma
+
+
 @pytest.mark.parametrize("factor", [0.99, 1.01])
 def test_the_principal_distance_that_points_ask_for(factor: float) -> None:
     """150 mm are right; the stated uncertainty counts a fifth of the points as independent."""
-    found = problems(with_principal_distance(hills(), factor))["SBB585"]
-    asked, sigma = map(float, re.findall(r"of ([\d.]+) ± ([\d.]+) mm", found.message)[0])
-    assert abs(asked - 150.0) < 3.0 * sigma
-    assert abs(asked - factor * 150.0) > 4.0 * sigma
+    value, sigma = asked(with_principal_distance(hills(), factor))
+    assert abs(value - 150.0) < 3.0 * sigma
+    assert abs(value - factor * 150.0) > 4.0 * sigma
+
+
+def test_a_fifth_of_the_points_of_chains_is_independent() -> None:
+    """The same points, single, say the same with a smaller sigma."""
+    chained = with_principal_distance(hills(), 1.01)
+    points = chained.unlabelled
+    single = replace(points, chain=np.full(len(points), -1), chain_ids=())
+    value, sigma = asked(chained)
+    of_single, sigma_single = asked(replace(chained, unlabelled=single))
+    assert sigma / sigma_single == pytest.approx(np.sqrt(5.0), rel=0.1)
+    assert abs(of_single - value) < sigma
 
 
 def test_no_verdict_where_nothing_contradicts() -> None:
