@@ -81,7 +81,8 @@ def _acceptance(counts: MatchCounts, smallest: float | None) -> list[dict[str, A
     share = counts.labelled_share
     passed = share >= smallest
     before = f", {counts.labelled_before} of them before" if counts.labelled_before else ""
-    message = f"{100 * share:.1f} % of the image points were matched{before}, at least {100 * smallest:g} % are asked for"
+    found = f"{100 * share:.1f} % of the image points were matched{before}"
+    message = f"{found}, at least {100 * smallest:g} % are asked for"
     status: CriterionStatus = "passed" if passed else "failed"
     criterion = Criterion(
         "min_matched_share", "share of matched image points", share, smallest, "", status, message
