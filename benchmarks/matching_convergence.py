@@ -4,7 +4,8 @@
     python -m benchmarks.matching_convergence strasbourg [--runs 20]
 
 Reference data (beside the project): control curves of known shape, labels removed, orientations off by what the
-settings say.  How far off they may be: convergence_radius.py.
+settings say.  How far off they may be: convergence_radius.py.  "Apart": points further than 3 px from every other
+curve (points_apart.py).
 """
 
 from __future__ import annotations
@@ -17,14 +18,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from benchmarks.contaminated import with_moved_orientations, with_random_points, with_wrong_chains
+from benchmarks.points_apart import points_apart
 from splinebba_cli.core.matching.match import match
 from splinebba_cli.core.matching.matches import MatchResult
 from splinebba_cli.core.matching.settings import MatchSettings
-from splinebba_cli.core.network import FloatArray, IntArray, Network
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, Network
 from splinebba_cli.core.quality.orientation_dispersion import eop_transform
 from tests.unlabelled import without_labels
 
 WRONG_CHAINS = 0.3
+APART_PX = 3.0  # from every other curve
 FAR_OFF = 6.0  # sigma: an orientation that is farther from the truth did not converge
 
 
@@ -34,6 +37,9 @@ class Outcome:
 
     right: float  # share of points on curves with the right one
     wrong: float  # with another one
+    apart: float  # share of points on curves without another curve near; NaN where nobody looked
+    right_apart: float  # share of these with the right one
+    wrong_apart: float
     foreign: float  # share of points on no curve that got one
     converged: float  # share of images oriented within 6 sigma of the truth
     misled: float  # share of images called oriented that are not
@@ -44,14 +50,16 @@ class Outcome:
 
 
 def outcome(
-    network: Network, label: IntArray, settings: MatchSettings, rotation: FloatArray, position: FloatArray
-) -> Outcome:
+    network: Network, label: IntArray, settings: MatchSettings, rotation: FloatArray, position: FloatArray,
+    apart: BoolArray | None = None,
+) -> Outcome:  # fmt: skip
     """Match a network and compare.
 
     Parameters
     ----------
     label : (n,) true curves, -1: none
     rotation, position : true orientations (m, 3, 3), (m, 3)
+    apart : (p,) which of the first points, those on curves, have no other curve near
     """
     begin = time.perf_counter()
     result = match(network, settings)
@@ -65,9 +73,14 @@ def outcome(
     sigma = solver_sigma(result)
     off = np.abs(np.hstack([theta, shift])) / np.where(np.isfinite(sigma), sigma, 1e-12)
     near = (off < FAR_OFF).all(axis=1)
+    own, true = (curve[: len(apart)], label[: len(apart)]) if apart is not None else (curve[:0], label[:0])
+    right, wrong = own == true, (own >= 0) & (own != true)
     return Outcome(
         right=float(np.mean(curve[on_curve] == label[on_curve])),
         wrong=float(np.mean((curve[on_curve] >= 0) & (curve[on_curve] != label[on_curve]))),
+        apart=float(np.mean(apart)) if apart is not None else np.nan,
+        right_apart=float(np.mean(right[apart])) if apart is not None else np.nan,
+        wrong_apart=float(np.mean(wrong[apart])) if apart is not None else np.nan,
         foreign=float(np.mean(curve[~on_curve] >= 0)) if (~on_curve).any() else 0.0,
         converged=float(np.mean(near)),
         misled=float(np.mean(result.oriented & ~near)),
@@ -85,20 +98,28 @@ def solver_sigma(result: MatchResult) -> FloatArray:
     return np.sqrt(np.einsum("mii->mi", blocks))
 
 
-def synthetic_run(seed: int, random_share: float, every: int = 10, views: Sequence[int] = (0,)) -> Outcome:
-    """Views before the analytic curves, 0.5 px of noise, 1 degree and 10 mm off; chains are whole curves."""
+def synthetic_run(
+    seed: int, random_share: float, every: int = 10, views: Sequence[int] = (0,), *, chains: bool = True
+) -> Outcome:
+    """Views before the analytic curves, 0.5 px of noise, 1 degree and 10 mm off.
+
+    Parameters
+    ----------
+    chains : whether a curve is a chain in every view, else all points are single
+    """
     from tests.synthetic_curves import PIXEL_MM, UNIT_M, synthetic_network
 
     exact, generator = synthetic_network(list(views), every), np.random.default_rng(seed)
     observed = exact.curve_observations
     noise = generator.normal(0.0, 0.5 * PIXEL_MM, observed.photo_xy.shape)
     measured = replace(exact, curve_observations=replace(observed, photo_xy=observed.photo_xy + noise))
-    network, label = without_labels(measured)
+    network, label = without_labels(measured, chains=chains)
+    apart = points_apart(without_labels(exact, chains=chains)[0], label, APART_PX * PIXEL_MM)
     if random_share > 0.0:
         network, label = with_random_points(network, label, random_share, generator)
     network = with_moved_orientations(network, generator, 10.0 * UNIT_M, float(np.radians(1.0)))
     settings = MatchSettings(position_sigma_m=10.0 * UNIT_M, angle_sigma_rad=float(np.radians(1.0)))
-    return outcome(network, label, settings, exact.images.rotation, exact.images.position)
+    return outcome(network, label, settings, exact.images.rotation, exact.images.position, apart)
 
 
 def strasbourg_run(seed: int, wrong_chains: float) -> Outcome:
@@ -118,15 +139,17 @@ def strasbourg_run(seed: int, wrong_chains: float) -> Outcome:
 
 
 def _summary(name: str, runs: Sequence[Outcome]) -> str:
-    whole = np.mean([run.right for run in runs]), np.mean([run.wrong for run in runs])
-    foreign, converged = np.mean([run.foreign for run in runs]), np.mean([run.converged for run in runs])
+    def mean(share: str) -> float:
+        return 100.0 * float(np.mean([getattr(run, share) for run in runs]))
+
     return (
-        f"{name:24s} {len(runs):5d} {100 * whole[0]:9.2f} {100 * whole[1]:9.3f} {100 * foreign:9.2f} "
-        f"{100 * converged:12.1f} {np.mean([run.seconds for run in runs]):8.1f}"
+        f"{name:32s} {len(runs):5d} {mean('right'):9.2f} {mean('wrong'):9.3f} {mean('apart'):9.1f} "
+        f"{mean('right_apart'):9.2f} {mean('wrong_apart'):9.3f} {mean('foreign'):11.2f} "
+        f"{mean('converged'):12.1f} {np.mean([run.seconds for run in runs]):8.1f}"
     )
 
 
-HEADER = f"{'':24s}  runs right [%] wrong [%]   foreign oriented [%]  s a run"
+HEADER = f"{'':32s}  runs right [%] wrong [%] apart [%] right [%] wrong [%] foreign [%] oriented [%]  s a run"
 
 
 def _precision(name: str, runs: Sequence[Outcome]) -> None:
@@ -147,6 +170,18 @@ def _repeated(name: str, runs: int, one: Callable[[int], Outcome]) -> list[Outco
     return found
 
 
+def _synthetic(runs: int) -> None:
+    half = list(range(0, 20, 2))
+    for share in (0.0, 0.3):
+        name = f"ten views, {100 * share:.0f} % random"
+        _repeated(name, 1, lambda seed, s=share: synthetic_run(seed, s, 1, half))  # type: ignore[misc]
+    for chains in (True, False):
+        for share in (0.0, 0.3):
+            name = f"view 0, {'chains' if chains else 'single'}, {100 * share:.0f} % random"
+            found = _repeated(name, runs, lambda seed, s=share, c=chains: synthetic_run(seed, s, chains=c))  # type: ignore[misc]
+            _precision(name, found)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("study", choices=("synthetic", "strasbourg"))
@@ -154,11 +189,7 @@ def main() -> None:
     chosen = parser.parse_args()
     print(HEADER)
     if chosen.study == "synthetic":
-        half = list(range(0, 20, 2))
-        _repeated("ten views, all points", 1, lambda seed: synthetic_run(seed, 0.0, 1, half))
-        for share in (0.0, 0.3):
-            name = f"view 0, {100 * share:.0f} % random"
-            _precision(name, _repeated(name, chosen.runs, lambda seed, s=share: synthetic_run(seed, s)))  # type: ignore[misc]
+        _synthetic(chosen.runs)
         return
     for share in (0.0, WRONG_CHAINS):
         _repeated(

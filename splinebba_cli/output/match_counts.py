@@ -41,6 +41,18 @@ class MatchCounts:
         total = int(self.counted.sum())
         return float(self.matched[self.counted].sum()) / total if total else 0.0
 
+    @property
+    def labelled_before(self) -> int:
+        """Points on curves that had a label before."""
+        return len(self.result.given.curve_observations)
+
+    @property
+    def labelled_share(self) -> float:
+        """Share of all points with a label, of this matching or from before: matching again does not lower it."""
+        total = int(self.counted.sum()) + self.labelled_before
+        labelled = int(self.matched[self.counted].sum()) + self.labelled_before
+        return labelled / total if total else 0.0
+
     def by_reason(self, rows: BoolArray | None = None) -> dict[Reason, int]:
         """Number of unmatched points of every reason that occurs."""
         chosen = ~self.matched if rows is None else rows & ~self.matched

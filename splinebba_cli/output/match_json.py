@@ -43,14 +43,14 @@ def match_content(
     Parameters
     ----------
     min_matched_share : float, optional
-        Smallest matched share that the project accepts.
+        Smallest share of points with a label, of this matching or from before, that the project accepts.
     """
     counts = MatchCounts(result)
     content = {
         "format": MATCH_FORMAT,
         "provenance": dict(provenance),
         "settings": _settings(settings),
-        "acceptance": _acceptance(counts.share, min_matched_share),
+        "acceptance": _acceptance(counts, min_matched_share),
         "counts": _counts(counts),
         "reasons": {reason_word(reason): number for reason, number in counts.by_reason().items()},
         "ambiguity": _ambiguity(counts),
@@ -74,14 +74,15 @@ def _settings(settings: MatchSettings) -> dict[str, Any]:
     return dict(sorted(values.items()))
 
 
-def _acceptance(share: float, smallest: float | None) -> list[dict[str, Any]]:
+def _acceptance(counts: MatchCounts, smallest: float | None) -> list[dict[str, Any]]:
     """The criterion of the project, if it has one, as result.json has them."""
     if smallest is None:
         return []
+    share = counts.labelled_share
     passed = share >= smallest
-    message = (
-        f"{100 * share:.1f} % of the image points were matched, at least {100 * smallest:g} % are asked for"
-    )
+    before = f", {counts.labelled_before} of them before" if counts.labelled_before else ""
+    found = f"{100 * share:.1f} % of the image points were matched{before}"
+    message = f"{found}, at least {100 * smallest:g} % are asked for"
     status: CriterionStatus = "passed" if passed else "failed"
     criterion = Criterion(
         "min_matched_share", "share of matched image points", share, smallest, "", status, message
@@ -98,7 +99,7 @@ def _counts(counts: MatchCounts) -> dict[str, Any]:
         "matched": int((counts.matched & counts.counted).sum()),
         "share": counts.share,
         "excluded": len(counts.counted) - total,
-        "labelled_before": len(result.given.curve_observations),
+        "labelled_before": counts.labelled_before,
         "chains": len(size),
         "chains_matched_whole": int(((matched == size) & (size > 0)).sum()),
         "chains_matched_in_part": int(((matched > 0) & (matched < size)).sum()),

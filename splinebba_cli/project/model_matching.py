@@ -51,6 +51,6 @@ class Matching(Model):
     seed: Annotated[int, Field(ge=0)] = Field(default=1, description="Seed of all random choices.")
     min_matched_share: Share | None = Field(
         default=None,
-        description="Smallest share of the unlabelled points that must be matched: below it `match` ends with exit "
-        "code 1.",
+        description="Smallest share of the image points on splines and in chains that must have a label, of this "
+        "matching or from before: below it `match` ends with exit code 1.",
     )

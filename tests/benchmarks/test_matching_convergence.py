@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from benchmarks.matching_convergence import six_image_run
+from benchmarks.convergence_radius import six_image_run
 
 
 def test_six_images_come_back_from_far_off() -> None:

@@ -128,10 +128,27 @@ def test_a_chain_is_whole_without_the_points_taken_out(loaded: LoadedProject) ->
 
 
 def test_a_share_below_the_limit_is_not_accepted(loaded: LoadedProject) -> None:
-    share = MatchCounts(known_matching(loaded)).share
+    share = MatchCounts(known_matching(loaded)).labelled_share
     for limit, status in ((share - 1e-6, "passed"), (share + 1e-6, "failed")):
         (criterion,) = content_of(known_matching(loaded), limit)["acceptance"]
         assert criterion["status"] == status
+
+
+def test_matching_again_is_accepted_where_it_was_accepted_before(loaded: LoadedProject) -> None:
+    """The second time only points without a label are left, and none of them finds a spline."""
+    first = known_matching(loaded)
+    share = MatchCounts(first).labelled_share
+    left = first.matches.curve < 0
+    nothing = replace(
+        first.matches,
+        **{field: getattr(first.matches, field)[left] for field in ("curve", "location", "distance")},
+        **{field: getattr(first.matches, field)[left] for field in ("runner_up", "reason")},
+    )
+    again = replace(first, given=first.network, matches=nothing)
+    for limit, status in ((share - 1e-6, "passed"), (share + 1e-6, "failed")):
+        (criterion,) = content_of(again, limit)["acceptance"]
+        assert criterion["status"] == status
+    assert f", {len(first.network.curve_observations)} of them before" in criterion["message"]
 
 
 def test_the_folder_has_everything(run: Callable[..., MatchOutcome], tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ FEWEST = 3  # points of a chain that tells directions: two say nothing of how it
 TURNING = (
     0.6  # of what the direction turns over half a window: where an edge bends, its chord is not its tangent
 )
+FOLD, FOLD_SIGMA = 1.0, 4.0  # rad, and its own sigma: of a turn at a point through which no line is fitted
 GIVEN_SIGMA = 0.1  # rad, of directions that come with the points
 
 
@@ -94,7 +95,8 @@ def chain_directions(scene: Scene, chains: ChainOrder) -> Directions:
     angle[order] = axis
     with np.errstate(divide="ignore", invalid="ignore"):
         noise = np.where(enough, sigma / np.sqrt(count * spread), np.inf)
-    deviation[order] = np.hypot(noise, TURNING * _turning(axis, half, chains))
+    turning = np.fmax(_turning(axis, half, chains), _folds(xy, sigma, half, chains))
+    deviation[order] = np.hypot(noise, TURNING * turning)
     given = np.isfinite(scene.direction)
     return Directions(np.where(given, scene.direction, angle), np.where(given, GIVEN_SIGMA, deviation))
 
@@ -127,3 +129,21 @@ def _turning(axis: FloatArray, half: IntArray, chains: ChainOrder) -> FloatArray
     for other in (np.maximum(place - half, chains.begin), np.minimum(place + half, chains.end - 1)):
         found = np.fmax(found, np.abs(np.arcsin(np.clip(np.sin(axis[other] - axis), -1.0, 1.0))))
     return found
+
+
+def _folds(xy: FloatArray, sigma: FloatArray, half: IntArray, chains: ChainOrder) -> FloatArray:
+    """Largest sharp change between the ways over half a window, at a place or half a window beside it, (n,) rad.
+
+    Where an edge folds, as an ellipse does that is seen from the side, the principal axis runs along the fold before
+    and behind it, and across the tangent at it.
+    """
+    place = np.arange(len(xy))
+    before, behind = np.maximum(place - half, chains.begin), np.minimum(place + half, chains.end - 1)
+    to, on = xy - xy[before], xy[behind] - xy
+    across = to[:, 0] * on[:, 1] - to[:, 1] * on[:, 0]
+    bend = np.abs(np.arctan2(across, np.sum(to * on, axis=1)))
+    with np.errstate(divide="ignore"):
+        short = sigma / np.minimum(np.linalg.norm(to, axis=1), np.linalg.norm(on, axis=1))
+    sharp = bend > np.maximum(FOLD, FOLD_SIGMA * np.sqrt(6.0) * short)
+    fold = np.where((place - before == half) & (behind - place == half) & sharp, bend, 0.0)
+    return np.asarray(np.maximum(fold, np.maximum(fold[before], fold[behind])))

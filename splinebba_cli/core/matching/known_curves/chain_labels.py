@@ -2,7 +2,7 @@
 
 States of a point are its nearest candidates and "none".  The labels of a chain make least
 
-    sum of d^2 / var d + (turn / tolerance)^2     of points on a curve,   a fixed cost of points on none,
+    sum of d^2 / var d + turn^2 / (tolerance^2 + var turn)   of points on a curve,   a fixed cost of points on none,
     + a cost for every change of state.
 
 Two neighbours stay on a curve where their offsets from it differ no more than noise and the stretch between them allow:
@@ -76,7 +76,7 @@ def label_chains(
 
 def _states(gated: Gated, chains: ChainOrder, allowed: BoolArray, tolerance: float, count: int) -> _States:
     """The best candidates of every point, in the order of chains."""
-    turn = np.nan_to_num(gated.turn) / tolerance
+    turn = np.nan_to_num(gated.turn) / np.hypot(tolerance, gated.turn_sigma)
     cost = gated.square + turn**2
     place_of = np.full(count, -1)
     place_of[chains.order] = np.arange(len(chains.order))

@@ -14,6 +14,7 @@ from scipy.special import chdtri
 from splinebba_cli.core.matching.known_curves.determined_images import undetermined_images
 from splinebba_cli.core.matching.known_curves.label_round import LabelRound
 from splinebba_cli.core.matching.known_curves.loop_context import LoopContext, Progress
+from splinebba_cli.core.matching.known_curves.misfit import misfits
 from splinebba_cli.core.matching.known_curves.orientation_prior import without_assumed
 from splinebba_cli.core.matching.known_curves.round_adjustment import Round
 from splinebba_cli.core.matching.known_curves.round_network import Labels
@@ -100,7 +101,13 @@ def finished(
         dispersion=_dispersion(progress, solved, oriented),
         improved_curves=kept & ~start.known & (solved is not None),
         history=history,
-        problems=(*problems, *named, *_empty_images(context, seen), *_unsolved(progress, solved)),
+        problems=(
+            *problems,
+            *named,
+            *_empty_images(context, seen),
+            *_unsolved(progress, solved),
+            *misfits(context, progress, solved),
+        ),
     )
 
 
@@ -210,6 +217,6 @@ def _dispersion(progress: Progress, solved: Round | None, oriented: BoolArray) -
     """Dispersions of orientations of the last adjustment, times its variance of unit weight."""
     found = np.full((len(oriented), 6, 6), np.nan)
     if solved is not None:
-        factor = solved.sigma0**2 if np.isfinite(solved.sigma0) else 1.0
+        factor = solved.fit.variance if solved.fit.redundancy else 1.0
         found[oriented] = factor * progress.uncertainty.eop[oriented]
     return found

@@ -148,7 +148,7 @@ def _step(
         gate_px=float(np.median(gate)) / (float(np.mean(pixels)) if pixels else 1.0) if len(gate) else np.nan,
         matched=int((found.matches.curve >= 0).sum()),
         changed=changed,
-        sigma0=np.nan if solved is None else solved.sigma0,
+        sigma0=np.nan if solved is None else solved.fit.sigma0,
         position_step_m=shift,
         angle_step_rad=turn,
     )

@@ -32,11 +32,9 @@ class Progress:
 
     def after(self, solved: Round, caution: float) -> Progress:
         """With a solution; its variances times `caution`."""
-        noise = solved.sigma0 if np.isfinite(solved.sigma0) else 1.0
+        noise = solved.fit.noise
         uncertainty = replace(
-            solved.uncertainty,
-            noise_factor=float(np.clip(noise, 1.0, LARGEST_NOISE)),
-            inflation=max(1.0, noise**2) * caution,
+            solved.uncertainty, noise_factor=min(noise, LARGEST_NOISE), inflation=noise**2 * caution
         )
         return Progress(solved.state, uncertainty, self.labels)
 

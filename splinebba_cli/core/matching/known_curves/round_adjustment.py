@@ -16,6 +16,7 @@ from splinebba_cli.core.matching.known_curves.foot_rounds import FootRun
 from splinebba_cli.core.matching.known_curves.held_feet import HeldPoints
 from splinebba_cli.core.matching.known_curves.round_network import Labels, RoundNetwork
 from splinebba_cli.core.matching.known_curves.uncertainty import CurveCofactors, Uncertainty
+from splinebba_cli.core.matching.known_curves.unit_variance import UnitVariance, unit_variance
 from splinebba_cli.core.matching.labelled_network import with_labels
 from splinebba_cli.core.network import FloatArray, IntArray
 from splinebba_cli.core.revision.graduated_weights import last_scale, weights
@@ -31,7 +32,7 @@ class Round:
 
     state: State  # orientations, points and coefficients of all curves; no locations
     uncertainty: Uncertainty
-    sigma0: float  # of the whole adjustment; NaN without redundancy
+    fit: UnitVariance  # of the whole adjustment
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,7 @@ class _Solved:
     solved: ConditionedSolution
     on_held: HeldPoints
     adjusted_rows: IntArray  # unlabelled points that are measured points of adjusted curves
+    factor: FloatArray  # (n,) of the sigma of labelled points
 
     def residuals(self, count: int) -> FloatArray:
         """Residuals across curves over the stated sigma, (n,); 0 of points without a label."""
@@ -52,7 +54,7 @@ class _Solved:
         if len(self.adjusted_rows):
             measured = len(self.prepared.network.curve_observations)
             rows = at.curve.residual[:measured][-len(self.adjusted_rows) :]
-            found[self.adjusted_rows] = rows
+            found[self.adjusted_rows] = rows * self.factor[self.adjusted_rows]
         return found
 
 
@@ -68,15 +70,16 @@ def adjust_round(
     before : dispersions of what takes no part
     robust : whether residuals get weights
     """
-    count = len(labels.curve)
+    count, scale = len(labels.curve), np.inf
     try:
         found = _solved(problem, state, labels, np.ones(count))
         if found is not None and robust and len(labels.rows):
             r = np.abs(found.residuals(count)[labels.rows])
-            p = weights(r, last_scale(r, np.ones(len(r))), np.ones(len(r)))
+            scale = last_scale(r, np.ones(len(r)))
             factor = np.ones(count)
-            factor[labels.rows] = 1.0 / np.sqrt(np.maximum(p, FAINT))
-            found = _solved(problem, _whole(problem, state, found), labels, factor) or found
+            factor[labels.rows] = 1.0 / np.sqrt(np.maximum(weights(r, scale, np.ones(len(r))), FAINT))
+            weighted = _solved(problem, _whole(problem, state, found), labels, factor)
+            found, scale = (found, np.inf) if weighted is None else (weighted, scale)
     except (FloatingPointError, np.linalg.LinAlgError, SingularNetworkError):
         return None
     if found is None:
@@ -84,7 +87,7 @@ def adjust_round(
     return Round(
         state=_whole(problem, state, found),
         uncertainty=_uncertainty(problem, found, before),
-        sigma0=_sigma0(found),
+        fit=_fit(found, labels.rows, scale),
     )
 
 
@@ -115,17 +118,25 @@ def _solved(problem: RoundNetwork, state: State, labels: Labels, factor: FloatAr
     solved = run.solved(begin)
     if solved is None:
         return None
-    return _Solved(run.prepared, solved, points, np.flatnonzero(others))
+    return _Solved(run.prepared, solved, points, np.flatnonzero(others), factor)
 
 
-def _sigma0(found: _Solved) -> float:
-    """Square root of v'Pv over the redundancy, priors and gauge conditions counted as measurements."""
+def _fit(found: _Solved, labelled: IntArray, scale: float) -> UnitVariance:
+    """Variance of unit weight, priors and gauge conditions counted as measurements.
+
+    Parameters
+    ----------
+    labelled : points with a label
+    scale : of their weights
+    """
     network, at = found.prepared.network, found.solved.solution.linearization
     count = len(network.curve_observations) + 2 * len(network.point_observations) + len(network.distances)
     count += len(found.solved.assembler.coefficient_rows) + int(at.orientation_priors.active.sum())
     count += int((np.isfinite(network.points.sigma) & (network.points.sigma > 0.0)).sum())
-    redundancy = count - len(found.on_held) - found.solved.assembler.layout.free_count
-    return float(np.sqrt(at.cost / redundancy)) if redundancy > 0 else float("nan")
+    others = count - len(found.on_held) - len(labelled)
+    weight = float(np.sum(found.factor[labelled] ** -2))
+    unknowns = found.solved.assembler.layout.free_count
+    return unit_variance(at.cost, others, weight, unknowns, scale)
 
 
 def _uncertainty(problem: RoundNetwork, found: _Solved, before: Uncertainty) -> Uncertainty:

@@ -36,6 +36,14 @@ def test_where_an_edge_bends_the_direction_is_uncertain() -> None:
     assert (np.abs(np.sin(found - tangent)) < 3.0 * sigma).all()
 
 
+def test_at_a_fold_the_direction_says_nothing() -> None:
+    """The axis of three points runs along the fold, about a right angle off the tangent at its end."""
+    sigma = directions(np.array([[0.0, 0.0], [0.2, 0.0], [0.0, 0.03]]))[1]
+    assert (3.0 * sigma > 0.5 * np.pi).all()
+    straight = directions(np.array([[0.0, 0.0], [0.2, 0.0], [0.4, 0.03]]))[1]
+    assert straight.max() < 0.15
+
+
 def test_two_points_tell_no_direction() -> None:
     found, sigma = directions(np.array([[0.0, 0.0], [1.0, 1.0]]))
     assert np.isnan(found).all()

@@ -56,6 +56,15 @@ def test_single_points_with_directions(degrees: float, reason: Reason) -> None:
     assert (found.reason == reason).all()
 
 
+@pytest.mark.parametrize(("height", "count"), [(20.0, 3), (8.0, 4), (8.0, 5), (2.0, 3)])
+def test_few_points_around_a_circle_keep_to_it(height: float, count: int) -> None:
+    """Chords turn by 72 degrees and more from point to point, and fold where the circle is an ellipse."""
+    values = np.array([[3000.0, 4000.0, 0.0], [20.0, 0.0, 0.0], [0.0, height, 0.0]])
+    circle = replace(EAST, id="round", family="conic", values=values, sigma=np.zeros((3, 3)))
+    chain = seen(circle, count, 0.05, 0.95) + noise(count)
+    assert (labelled(network([circle], [chain])).matches.curve == 0).all()
+
+
 def test_single_points_at_a_crossing_are_ambiguous_and_a_chain_resolves_them() -> None:
     xy = seen(EAST, 41, 0.4, 0.6) + noise(41)
     here = np.array([20])  # where `crossing` passes

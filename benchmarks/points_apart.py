@@ -1,0 +1,31 @@
+"""Points of which the image itself says on which curve they lie: no other curve passes near.
+
+A point is apart when every place of every other curve of the project is further than a limit from its true place in
+the image, all projected with the true orientations, whether or not a surface hides them.  Other branches of its own
+curve do not count: they have the same label.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from splinebba_cli.core.matching.candidates.search import find_candidates
+from splinebba_cli.core.matching.scene import Scene
+from splinebba_cli.core.network import BoolArray, IntArray, Network
+from splinebba_cli.core.state import State, initial_coefficients, prepare
+
+
+def points_apart(exact: Network, label: IntArray, limit_mm: float) -> BoolArray:
+    """Unlabelled points without another curve near, (n,).
+
+    Parameters
+    ----------
+    exact : with true orientations and shapes, unlabelled points at their true places
+    label : (n,) their curves
+    """
+    prepared = prepare(exact)
+    coefficients = initial_coefficients(prepared)
+    state = State(exact.images.rotation, exact.images.position, coefficients, exact.points.xyz, np.zeros(0))
+    near = find_candidates(Scene.of(exact, state, prepared), np.full(len(label), limit_mm))
+    others = near.point[near.curve != label[near.point]]
+    return np.asarray(np.bincount(others, minlength=len(label)) == 0)
