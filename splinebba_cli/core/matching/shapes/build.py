@@ -11,6 +11,7 @@ import numpy as np
 from splinebba_cli.core.matching.fragments.fragment import Fragment
 from splinebba_cli.core.matching.matches import BuiltCurve
 from splinebba_cli.core.matching.settings import MatchSettings
+from splinebba_cli.core.matching.shapes.around_corners import joined_at_corners
 from splinebba_cli.core.matching.shapes.built import built_curves
 from splinebba_cli.core.matching.shapes.corners import corner_points, cut_at_corners
 from splinebba_cli.core.matching.shapes.draft import Draft, curve_of_fit, draft_of
@@ -92,6 +93,7 @@ def build_curves(
     draft = real_curves(network, with_needed_knots(draft, settings.knot_tolerance))
     if not draft.curves:
         return _result(network, draft, [], (), ())
+    draft = joined_at_corners(network, draft, GATES[-1])
     draft = without_idle_knots(with_supported_knots(draft).solved())
     usual = usual_sigma(draft)
     draft, cuts = cut_undetermined(network, draft, usual)

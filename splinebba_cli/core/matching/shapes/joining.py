@@ -53,12 +53,12 @@ def joined_strands(strands: list[Strand], chain: IntArray, image: IntArray) -> l
     """
     if not strands:
         return []
-    links = _links_between(joints_of(strands, chain, image))
+    links = links_between([(j.first, j.second) for j in joints_of(strands, chain, image)])
     done: set[int] = set()
     found = []
     for k in range(len(strands)):
         if k not in done:
-            path, ring = _path(k, links)
+            path, ring = path_from(k, links)
             done.update(number for number, _ in path)
             found.append(
                 end_to_end([strands[n] if forward else strands[n].reversed() for n, forward in path], ring)
@@ -168,13 +168,14 @@ def _from_begin(strand: Strand) -> FloatArray:
     return np.asarray((strand.link_location - strand.location[0]) / max(strand.length, 1e-300))
 
 
-def _links_between(joints: list[Joint]) -> dict[tuple[int, int], tuple[int, int]]:
-    links = {joint.first: joint.second for joint in joints}
-    links.update({joint.second: joint.first for joint in joints})
+def links_between(joints: list[tuple[tuple[int, int], tuple[int, int]]]) -> dict[tuple[int, int], tuple[int, int]]:
+    """What is joined to an end, for both ends of every joint."""
+    links = dict(joints)
+    links.update({second: first for first, second in joints})
     return links
 
 
-def _path(start: int, links: dict[tuple[int, int], tuple[int, int]]) -> tuple[list[tuple[int, bool]], bool]:
+def path_from(start: int, links: dict[tuple[int, int], tuple[int, int]]) -> tuple[list[tuple[int, bool]], bool]:
     """Strands in their order along the edge of one of them, with their sense; whether it is a ring."""
     strand, forward = start, True
     while (back := links.get((strand, 0 if forward else 1))) is not None:
