@@ -33,6 +33,7 @@ from splinebba_cli.core.matching.shapes.new_curve_problems import (
 from splinebba_cli.core.matching.shapes.overlaps import ImagePoints, overlaps_of
 from splinebba_cli.core.matching.shapes.place_fit import fit_places
 from splinebba_cli.core.matching.shapes.second_edges import split
+from splinebba_cli.core.matching.shapes.settling import settled_curves
 from splinebba_cli.core.matching.shapes.soundness import with_supported_knots
 from splinebba_cli.core.matching.shapes.strand import Strand, strand_of
 from splinebba_cli.core.matching.shapes.undetermined import cut_undetermined, real_curves, usual_sigma
@@ -97,6 +98,7 @@ def build_curves(
     draft = without_idle_knots(with_supported_knots(draft).solved())
     usual = usual_sigma(draft)
     draft, cuts = cut_undetermined(network, draft, usual)
+    draft = settled_curves(draft)
     same = _same_as_given(network, state, draft)
     built = built_curves(network, draft, usual)
     ids = [curve.id for curve in draft.curves]
