@@ -47,8 +47,8 @@ def _settled(draft: Draft, k: int) -> Curve:
 
 def _solved(prepared: Prepared, state: State) -> Solution:
     return solve(
-        curves_alone(prepared), state, max_iterations=ITERATIONS, stage="new curves", damping=DAMPING
-    )
+        curves_alone(prepared), state, max_iterations=ITERATIONS, stage="new curves", damping=DAMPING, stationary=0.0
+    )  # fmt: skip
 
 
 def _alone(draft: Draft, k: int) -> tuple[Prepared, State]:
