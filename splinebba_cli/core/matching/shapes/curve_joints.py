@@ -1,10 +1,10 @@
-"""Where a chain goes around a corner from the end of one new curve to the begin of another.
+"""Where a chain goes on from the end of one new curve to the begin of another.
 
-    evidence   chains of two images or more do, with few points between, and most of the images that see both ends
-    geometry   both ends, carried on straight, come closest within the length of the points between; they turn by more
-               than a bend and less than a hairpin
-    test       v'Pv of both curves as one with a corner exceeds that of the two by no more than chance allows:
-               chi square with the three coordinates that they no longer have apart
+    evidence   chains of one image or more do, with few points between, and most of the images that see both ends
+    geometry   both ends, carried on straight, come closest within the length of the points between, or they run on into
+               each other; they turn by less than a hairpin
+
+Whether one curve fits what both do, and whether it has a corner there, is tried (:mod:`.one_curve`).
 """
 
 from __future__ import annotations
@@ -19,9 +19,11 @@ from splinebba_cli.core.network import Curve, FloatArray, IntArray, Network
 
 MOST_BETWEEN = 8  # points of a chain that no curve has, around a corner
 NEAR_END = 4.0  # spacings of points from the end of a curve
-FEWEST_IMAGES = 2
+IMAGES_AT_CORNER = 2
 SLACK = 2.0  # spacings by which a carried-on end may be too long or too short
-BLUNTEST, SHARPEST = np.cos(np.radians(30.0)), np.cos(np.radians(150.0))  # turn
+BLUNTEST = float(np.cos(np.radians(30.0)))  # corners turn more
+ROUNDEST = float(np.cos(np.radians(100.0)))  # bends turn less
+SHARPEST = float(np.cos(np.radians(150.0)))  # corners turn less
 
 
 @dataclass(frozen=True)
@@ -32,11 +34,13 @@ class CurveEnds:
     xyz: FloatArray
     outward: FloatArray  # (2 n, 3) unit
     spacing: FloatArray  # of the points of the curve
+    in_image: FloatArray  # (2 n, m) of those of one image
 
     @classmethod
     def of(cls, draft: Draft) -> CurveEnds:
         """Those of all curves."""
         spacing = np.repeat(point_spacing(draft), 2)
+        in_image = np.repeat(_spacing_in_images(draft), 2, axis=0)
         location, xyz, outward = [], [], []
         for k, basis in enumerate(draft.prepared.curves.bases):
             at, own = basis.break_points[[0, -1]], draft.coefficients_of(k)
@@ -44,33 +48,32 @@ class CurveEnds:
             location.append(at)
             xyz.append(basis.evaluate(at, own))
             outward.append(step / np.maximum(np.linalg.norm(step, axis=1, keepdims=True), 1e-300))
-        return cls(np.concatenate(location), np.vstack(xyz), np.vstack(outward), spacing)
+        return cls(np.concatenate(location), np.vstack(xyz), np.vstack(outward), spacing, in_image)
 
 
 @dataclass(frozen=True)
-class CornerJoint:
-    """Two ends that are the legs of a corner."""
+class CurveJoint:
+    """Two ends of curves that may be one."""
 
     first: tuple[int, int]  # curve and end: 0 its begin, 1 its end
     second: tuple[int, int]
     images: int
-    reach: tuple[float, float]  # metres from each end to the corner, negative: back
-    corner: FloatArray  # (3,) metres
-    row: IntArray  # unlabelled points around the corner that no curve has
+    reach: tuple[float, float]  # metres from each end to the joint, negative: back
+    place: FloatArray  # (3,) metres, of the joint
+    row: IntArray  # unlabelled points between that no curve has
+    corner: bool  # or a smooth one
 
 
-def corner_joints(network: Network, draft: Draft) -> list[CornerJoint]:
-    """Possible corners, each end once, the surest first."""
+def possible_joints(network: Network, draft: Draft, *, corners: bool) -> list[CurveJoint]:
+    """Possible joints of one kind, each end once, the surest first."""
     ends = CurveEnds.of(draft)
     seen = _images_at_ends(draft, ends)
+    make = _corner_of if corners else _bend_of
     found = []
-    for (a, b), around in _chains_around(network, draft, ends).items():
-        images = len(around)
-        if images < FEWEST_IMAGES or images < len((seen[a] & seen[b]) - set(around)):
-            continue
-        joint = _corner_of(ends, a, b, around)
-        if joint is not None:
-            found.append(joint)
+    for (a, b), between in _chains_between(network, draft, ends).items():
+        if len(between) >= len((seen[a] & seen[b]) - set(between)):
+            joint = make(ends, a, b, between)
+            found += [joint] if joint is not None else []
     found.sort(key=lambda j: (-j.images, j.first, j.second))
     taken: set[tuple[int, int]] = set()
     kept = []
@@ -81,7 +84,7 @@ def corner_joints(network: Network, draft: Draft) -> list[CornerJoint]:
     return kept
 
 
-def _chains_around(
+def _chains_between(
     network: Network, draft: Draft, ends: CurveEnds
 ) -> dict[tuple[int, int], dict[int, IntArray]]:
     """Pairs of ends (2 k begin, 2 k + 1 end) between which chains go on: their images, and the points between."""
@@ -109,6 +112,19 @@ def _end_at(ends: CurveEnds, curve: int, location: float) -> int:
     return int(own[nearest]) if away[nearest] <= NEAR_END else -1
 
 
+def _spacing_in_images(draft: Draft) -> FloatArray:
+    """Usual distance of neighbouring links along every curve in every image, (nc, m); 0 where there are none."""
+    images = len(draft.prepared.network.images.ids)
+    key = draft.links.curve * images + draft.links.image
+    order = np.lexsort((draft.state.location, key))
+    step, same = np.diff(draft.state.location[order]), np.diff(key[order]) == 0
+    found = np.zeros(len(draft.curves) * images)
+    for group in np.unique(key):
+        own = step[same & (key[order][1:] == group)]
+        found[group] = np.median(own) if len(own) else 0.0
+    return found.reshape(-1, images)
+
+
 def _images_at_ends(draft: Draft, ends: CurveEnds) -> list[set[int]]:
     """Images with links near each end."""
     near = (
@@ -121,22 +137,41 @@ def _images_at_ends(draft: Draft, ends: CurveEnds) -> list[set[int]]:
     ]
 
 
-def _corner_of(ends: CurveEnds, a: int, b: int, around: dict[int, IntArray]) -> CornerJoint | None:
+def _corner_of(ends: CurveEnds, a: int, b: int, between: dict[int, IntArray]) -> CurveJoint | None:
     """The corner of two ends where their lines come closest; None where they do so nowhere near."""
     cosine = -float(ends.outward[a] @ ends.outward[b])
-    if not SHARPEST < cosine < BLUNTEST:
+    if not SHARPEST < cosine < BLUNTEST or len(between) < IMAGES_AT_CORNER:
         return None
-    step = ends.xyz[b] - ends.xyz[a]
     lines = np.stack([ends.outward[a], -ends.outward[b]], axis=1)
-    s = np.linalg.lstsq(lines, step, rcond=None)[0]
-    spacing = ends.spacing[[a, b]]
-    longest = (SLACK + max(len(rows) for rows in around.values())) * spacing
-    if (s < -SLACK * spacing).any() or (s > longest).any():
-        return None
+    s = np.linalg.lstsq(lines, ends.xyz[b] - ends.xyz[a], rcond=None)[0]
     corner = 0.5 * (ends.xyz[a] + s[0] * ends.outward[a] + ends.xyz[b] + s[1] * ends.outward[b])
-    return CornerJoint(
-        (a // 2, a % 2), (b // 2, b % 2), len(around), (float(s[0]), float(s[1])), corner,
-        np.concatenate(list(around.values())),
+    return _joint(ends, a, b, between, s, corner, corner=True)
+
+
+def _bend_of(ends: CurveEnds, a: int, b: int, between: dict[int, IntArray]) -> CurveJoint | None:
+    """The middle between two ends that run on into each other; None where they do not."""
+    if -float(ends.outward[a] @ ends.outward[b]) < ROUNDEST:
+        return None
+    direction = ends.outward[a] - ends.outward[b]
+    half = 0.5 * float((ends.xyz[b] - ends.xyz[a]) @ direction) / float(np.linalg.norm(direction))
+    middle = 0.5 * (ends.xyz[a] + ends.xyz[b])
+    return _joint(ends, a, b, between, np.array([half, half]), middle, corner=False)
+
+
+def _joint(
+    ends: CurveEnds, a: int, b: int, between: dict[int, IntArray], reach: FloatArray, place: FloatArray, *,
+    corner: bool,
+) -> CurveJoint | None:  # fmt: skip
+    """A joint if it is no farther from both ends than the points between say."""
+    spacing = ends.spacing[[a, b]]
+    longest = np.max(
+        [(SLACK + len(rows)) * ends.in_image[[a, b], image] for image, rows in between.items()], axis=0
+    )
+    if (reach < -SLACK * spacing).any() or (reach > longest).any():
+        return None
+    return CurveJoint(
+        (a // 2, a % 2), (b // 2, b % 2), len(between), (float(reach[0]), float(reach[1])), place,
+        np.concatenate(list(between.values())), corner,
     )  # fmt: skip
 
 
