@@ -22,6 +22,7 @@ NEAR_END = 4.0  # spacings of points from the end of a curve
 IMAGES_AT_CORNER = 2
 SLACK = 2.0  # spacings by which a carried-on end may be too long or too short
 BLUNTEST = float(np.cos(np.radians(30.0)))  # corners turn more
+BENT = float(np.cos(np.radians(40.0)))  # a chain of one image alone does not show that a bend turns more
 ROUNDEST = float(np.cos(np.radians(100.0)))  # bends turn less
 SHARPEST = float(np.cos(np.radians(150.0)))  # corners turn less
 
@@ -150,7 +151,7 @@ def _corner_of(ends: CurveEnds, a: int, b: int, between: dict[int, IntArray]) ->
 
 def _bend_of(ends: CurveEnds, a: int, b: int, between: dict[int, IntArray]) -> CurveJoint | None:
     """The middle between two ends that run on into each other; None where they do not."""
-    if -float(ends.outward[a] @ ends.outward[b]) < ROUNDEST:
+    if -float(ends.outward[a] @ ends.outward[b]) < (BENT if len(between) == 1 else ROUNDEST):
         return None
     direction = ends.outward[a] - ends.outward[b]
     half = 0.5 * float((ends.xyz[b] - ends.xyz[a]) @ direction) / float(np.linalg.norm(direction))

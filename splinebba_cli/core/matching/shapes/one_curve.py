@@ -1,10 +1,11 @@
 """New curves that chains prove to be one: joined, smoothly or with a corner (C0), where the measurements allow it.
 
-The curves of a joint are fitted as one, with the points between, and stay one if
+The curves of a joint are fitted as one, with the points between, and stay one if their own points allow it,
 
-    v'Pv(one) - v'Pv(two) - number of the points between < chi square of the three coordinates that are gone,
+    v'Pv(one) - v'Pv(two) < chi square of the three coordinates that are gone,
 
-residuals cut off at LARGEST.  A smooth joint is not made where a corner costs less, knots priced.
+residuals cut off at LARGEST, and if most of the points between fit.  A joint is smooth only where a corner costs
+clearly more, the price of knots included.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from splinebba_cli.core.network import BoolArray, Curve, FloatArray, IntArray, N
 
 CHANCE = float(chi2.ppf(0.999, 3))
 LARGEST = 5.0  # sigma: a residual counts as at most this
+MOST_OFF = 0.4  # of the points between that do not fit
 SHORTEST = 1e-3  # segments, of the length of the curve
 
 
@@ -45,7 +47,7 @@ def joined_smoothly(network: Network, draft: Draft, tolerance: float) -> Draft:
     smooth = _tried(network, draft, possible_joints(network, draft, corners=False), tolerance)
     corner = _tried(network, draft, possible_joints(network, draft, corners=True), tolerance)
     cheapest = {frozenset((j.first, j.second)): price for j, price in corner}
-    kept = [j for j, price in smooth if price < cheapest.get(frozenset((j.first, j.second)), np.inf)]
+    kept = [j for j, price in smooth if price + PRICE < cheapest.get(frozenset((j.first, j.second)), np.inf)]
     return _draft_of_wholes(network, draft, _wholes(draft, kept)) if kept else draft
 
 
@@ -84,12 +86,18 @@ def _tried(
     if not wholes:
         return []
     trial = with_needed_knots(_draft_of_wholes(network, draft, wholes, between=True), tolerance)
-    apart, one = _costs(draft), _costs(trial)
-    before = np.array([sum(apart[k] for k, _, _ in whole.parts) for whole in wholes])
-    between = np.array([len(whole.row) for whole in wholes])
-    variance = max(1.0, float(apart.sum()) / max(len(draft.row), 1))
-    fits: BoolArray = (one - before - between * variance < CHANCE * variance) & ~distorted(trial)
-    price = one + PRICE * np.diff(trial.prepared.curves.coefficient_start)
+    before, apart = _costs(draft, np.ones(len(draft.row), dtype=bool)), np.zeros(len(wholes))
+    for number, whole in enumerate(wholes):
+        apart[number] = sum(before[k] for k, _, _ in whole.parts)
+    linked = np.isin(trial.row, draft.row)
+    variance = max(1.0, float(before.sum()) / max(len(draft.row), 1))
+    fits: BoolArray = (_costs(trial, linked) - apart < CHANCE * variance) & ~distorted(trial)
+    number = np.bincount(trial.links.curve[~linked], minlength=len(wholes))
+    off = np.bincount(
+        trial.links.curve[~linked & (_squares_of_points(trial) > LARGEST**2)], minlength=len(wholes)
+    )
+    fits &= off <= MOST_OFF * number
+    price = _costs(trial, np.ones(len(trial.row), dtype=bool)) + PRICE * np.diff(trial.prepared.curves.coefficient_start)
     return [(joint, float(price[k])) for k, joint in enumerate(joints) if fits[k]]
 
 
@@ -105,9 +113,9 @@ def _squares_of_points(draft: Draft) -> FloatArray:
     return np.bincount(rows.point, rows.residual**2, minlength=len(draft.row))
 
 
-def _costs(draft: Draft) -> FloatArray:
-    """v'Pv of the links of every curve, (nc,)."""
-    square = np.minimum(_squares_of_points(draft), LARGEST**2)
+def _costs(draft: Draft, chosen: BoolArray) -> FloatArray:
+    """v'Pv of chosen links of every curve, (nc,)."""
+    square = np.where(chosen, np.minimum(_squares_of_points(draft), LARGEST**2), 0.0)
     return np.bincount(draft.links.curve, square, minlength=len(draft.curves))
 
 
