@@ -27,7 +27,9 @@ def at_corners(prepared: Prepared, location: FloatArray) -> BoolArray:
         return np.zeros(len(location), dtype=bool)
     curves = prepared.curves
     segment, _ = curves.locate(prepared.network.curve_observations.curve, location)
-    return np.asarray(prepared.corners[segment] & (location == curves.left[segment]) & ~prepared.chains.linked)
+    return np.asarray(
+        prepared.corners[segment] & (location == curves.left[segment]) & ~prepared.chains.linked
+    )
 
 
 def settle_at_corners(

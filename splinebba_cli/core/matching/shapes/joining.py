@@ -168,14 +168,18 @@ def _from_begin(strand: Strand) -> FloatArray:
     return np.asarray((strand.link_location - strand.location[0]) / max(strand.length, 1e-300))
 
 
-def links_between(joints: list[tuple[tuple[int, int], tuple[int, int]]]) -> dict[tuple[int, int], tuple[int, int]]:
+def links_between(
+    joints: list[tuple[tuple[int, int], tuple[int, int]]],
+) -> dict[tuple[int, int], tuple[int, int]]:
     """What is joined to an end, for both ends of every joint."""
     links = dict(joints)
     links.update({second: first for first, second in joints})
     return links
 
 
-def path_from(start: int, links: dict[tuple[int, int], tuple[int, int]]) -> tuple[list[tuple[int, bool]], bool]:
+def path_from(
+    start: int, links: dict[tuple[int, int], tuple[int, int]]
+) -> tuple[list[tuple[int, bool]], bool]:
     """Strands in their order along the edge of one of them, with their sense; whether it is a ring."""
     strand, forward = start, True
     while (back := links.get((strand, 0 if forward else 1))) is not None:

@@ -86,19 +86,23 @@ def _tried(
     if not wholes:
         return []
     trial = with_needed_knots(_draft_of_wholes(network, draft, wholes, between=True), tolerance)
-    before, apart = _costs(draft, np.ones(len(draft.row), dtype=bool)), np.zeros(len(wholes))
-    for number, whole in enumerate(wholes):
-        apart[number] = sum(before[k] for k, _, _ in whole.parts)
-    linked = np.isin(trial.row, draft.row)
-    variance = max(1.0, float(before.sum()) / max(len(draft.row), 1))
-    fits: BoolArray = (_costs(trial, linked) - apart < CHANCE * variance) & ~distorted(trial)
-    number = np.bincount(trial.links.curve[~linked], minlength=len(wholes))
-    off = np.bincount(
-        trial.links.curve[~linked & (_squares_of_points(trial) > LARGEST**2)], minlength=len(wholes)
-    )
-    fits &= off <= MOST_OFF * number
-    price = _costs(trial, np.ones(len(trial.row), dtype=bool)) + PRICE * np.diff(trial.prepared.curves.coefficient_start)
+    price = _costs(trial) + PRICE * np.diff(trial.prepared.curves.coefficient_start)
+    fits = _fits(draft, trial, wholes)
     return [(joint, float(price[k])) for k, joint in enumerate(joints) if fits[k]]
+
+
+def _fits(draft: Draft, trial: Draft, wholes: list[_Whole]) -> BoolArray:
+    """Whether each whole fits the points of its parts as well as these do, and most of the points between."""
+    before = _costs(draft)
+    apart = np.array([sum(before[k] for k, _, _ in whole.parts) for whole in wholes])
+    between = ~np.isin(trial.row, draft.row)
+    variance = max(1.0, float(before.sum()) / max(len(draft.row), 1))
+    off = between & (_squares_of_points(trial) > LARGEST**2)
+    count, count_off = (
+        np.bincount(trial.links.curve[rows], minlength=len(wholes)) for rows in (between, off)
+    )
+    worse = _costs(trial, ~between) - apart
+    return np.asarray((worse < CHANCE * variance) & ~distorted(trial) & (count_off <= MOST_OFF * count))
 
 
 def _ascends(curve: Curve) -> bool:
@@ -110,13 +114,15 @@ def _ascends(curve: Curve) -> bool:
 def _squares_of_points(draft: Draft) -> FloatArray:
     """Squared residuals of the links, of both equations where there are two, (n,)."""
     rows = draft.equations()
-    return np.bincount(rows.point, rows.residual**2, minlength=len(draft.row))
+    return np.asarray(np.bincount(rows.point, rows.residual**2, minlength=len(draft.row)), dtype=np.float64)
 
 
-def _costs(draft: Draft, chosen: BoolArray) -> FloatArray:
-    """v'Pv of chosen links of every curve, (nc,)."""
-    square = np.where(chosen, np.minimum(_squares_of_points(draft), LARGEST**2), 0.0)
-    return np.bincount(draft.links.curve, square, minlength=len(draft.curves))
+def _costs(draft: Draft, chosen: BoolArray | None = None) -> FloatArray:
+    """v'Pv of all or chosen links of every curve, (nc,)."""
+    square = np.minimum(_squares_of_points(draft), LARGEST**2)
+    if chosen is not None:
+        square = np.where(chosen, square, 0.0)
+    return np.asarray(np.bincount(draft.links.curve, square, minlength=len(draft.curves)), dtype=np.float64)
 
 
 def _wholes(draft: Draft, joints: list[CurveJoint]) -> list[_Whole]:
@@ -167,9 +173,7 @@ def _end_to_end(
     return _Whole(replace(whole, id=curves[longest].id), parts, np.unique(np.concatenate(row)))
 
 
-def _in_sense(
-    curve: Curve, number: int, forward: bool
-) -> tuple[Curve, tuple[tuple[int, float, float], ...]]:
+def _in_sense(curve: Curve, number: int, forward: bool) -> tuple[Curve, tuple[tuple[int, float, float], ...]]:
     """A curve in the wanted sense, and where its locations are."""
     if forward:
         return curve, ((number, 1.0, 0.0),)

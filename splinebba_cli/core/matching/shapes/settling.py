@@ -1,8 +1,8 @@
 """New curves that an adjustment settles with: iterated as it will be, other knots where they keep sliding.
 
 Drafts hold their knots tightly along the curve, so that they stay where they are while points are linked; the
-adjustment of the project holds them weakly.  Every curve is therefore iterated by itself as the adjustment does, with the
-orientations held.  One that does not settle gets evenly spaced knots, a little farther apart or closer: those that
+adjustment of the project holds them weakly.  Every curve is therefore iterated by itself as the adjustment does, with
+the orientations held.  One that does not settle gets evenly spaced knots, a little farther apart or closer: those that
 settle with the least v'Pv, the price of knots included, if it is not clearly more than before.
 """
 
@@ -56,7 +56,8 @@ def _solved(prepared: Prepared, state: State) -> Solution | None:
     """The curve iterated until no step is left that counts; None where it comes behind a camera."""
     try:
         return solve(
-            curves_alone(prepared), state, max_iterations=ITERATIONS, stage="new curves", damping=DAMPING, stationary=0.0
+            curves_alone(prepared), state,
+            max_iterations=ITERATIONS, stage="new curves", damping=DAMPING, stationary=0.0,
         )  # fmt: skip
     except FloatingPointError:
         return None
@@ -69,8 +70,8 @@ def _price(solution: Solution) -> float:
 
 def _curve_of(solution: Solution) -> Curve:
     """The iterated curve, its ends at the outermost links: they slide along it as all knots do."""
-    state = solution.state
-    curve, basis = present_curve(solution.linearization.prepared, 0, state.coefficients), solution.linearization.prepared.curves.bases[0]
+    prepared, state = solution.linearization.prepared, solution.state
+    curve, basis = present_curve(prepared, 0, state.coefficients), prepared.curves.bases[0]
     if curve.closed:
         return curve
     parameters, values = basis.break_points.copy(), curve.values.copy()
