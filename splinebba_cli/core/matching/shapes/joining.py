@@ -6,8 +6,8 @@
                 dispersions of the ends, F'(difference) is tested against F'(D_a + D_b)F + (g SAG)^2 I; the gap is
                 short against both strands, and no other end fits as well
 
-An end is joined once, the surest first.  Corners are not crossed: each side is a curve of its own.  A spline with a
-corner could be adjusted, but its knots not be re-spaced, and few knots on long straight sides slide for ever.
+An end is joined once, the surest first.  Corners are not crossed: each side becomes a curve of its own, and one of them
+with a corner when both have been adjusted (:mod:`.one_curve`).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from splinebba_cli.core.network import FloatArray, IntArray
 SHORT = 0.3  # gaps without a chain across, of the length of the shorter strand
 SHORT_WITH_CHAIN = 1.0  # gaps that a chain crosses, of the length of both strands together
 MEETS = float(chi2.ppf(0.99, 2))
-CORNER = float(np.cos(np.radians(40.0)))  # a chain that turns more goes around a corner, where curves end
+CORNER = float(np.cos(np.radians(40.0)))  # a chain that turns more goes around a corner
 CLEARLY_BETTER = 3.0  # times the statistic: another end that fits nearly as well leaves the joint open
 SURELY_MEETS = float(chi2.ppf(0.9, 2))
 STRAIGHT = float(np.cos(np.radians(10.0)))
