@@ -14,7 +14,7 @@ from splinebba_cli.core.curves.curve_set import CurveSet
 from splinebba_cli.core.curves.registry import basis_of
 from splinebba_cli.core.curves.shape_forms import retracted
 from splinebba_cli.core.measured_rays import MeasuredRays
-from splinebba_cli.core.network import Curve, FloatArray, IntArray, Network
+from splinebba_cli.core.network import BoolArray, Curve, FloatArray, IntArray, Network
 from splinebba_cli.core.tracks import Tracks
 
 EXTENSION = 0.5  # how far beyond its ends an open curve may be measured, in end segments
@@ -74,6 +74,14 @@ class Prepared:
     def rays_by_component(self) -> MeasuredRays:
         """Measured curve points, component by component."""
         return MeasuredRays.of(self.curve_rays.xy, self.curve_rays.whitening)
+
+    @cached_property
+    def corners(self) -> BoolArray:
+        """Segments that begin at a corner of their curve, (S,)."""
+        out = np.zeros(len(self.curves.left), dtype=bool)
+        for start, curve in zip(self.curves.segment_start, self.network.curves, strict=False):
+            out[int(start) + np.array(curve.breaks, dtype=np.int64)] = True
+        return out
 
     @cached_property
     def location_bounds(self) -> tuple[FloatArray, FloatArray]:

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from splinebba_cli.core.approximation.knot_spacing import present_curve, respaceable, restart
+from splinebba_cli.core.curves.kept_corners import breaks_among, corner_parameters
 from splinebba_cli.core.network import BoolArray, Curve, FloatArray
 from splinebba_cli.core.observations.curve_points import linearize_curve_points
 from splinebba_cli.core.observations.locations import held_locations
@@ -66,5 +67,6 @@ def _divided(prepared: Prepared, k: int, own: FloatArray, chosen: BoolArray, loc
     parameters = parameters[apart]
     knots = basis.evaluate(parameters[:-1] if basis.closed else parameters, own)
     return replace(
-        curve, values=knots, sigma=np.full_like(knots, np.inf), knot_parameters=parameters, reference=None
-    )
+        curve, values=knots, sigma=np.full_like(knots, np.inf), knot_parameters=parameters, reference=None,
+        breaks=breaks_among(parameters, corner_parameters(curve, basis)),
+    )  # fmt: skip

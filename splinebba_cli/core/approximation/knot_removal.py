@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from splinebba_cli.core.approximation.knot_spacing import present_curve, respaceable, restart
+from splinebba_cli.core.curves.kept_corners import breaks_among, corner_parameters, supported_knots_between
 from splinebba_cli.core.curves.support import supported_knots
 from splinebba_cli.core.network import Curve, FloatArray, IntArray
 from splinebba_cli.core.state import Prepared, State
@@ -29,11 +30,18 @@ def with_removed_knots(prepared: Prepared, state: State) -> tuple[Prepared, Stat
         own = state.coefficients[int(curves.coefficient_start[k]) : int(curves.coefficient_start[k + 1])]
         present = present_curve(prepared, k, own)
         if respaceable(curve):
-            keep = supported_knots(number[rows], curve.closed)
+            keep = _supported(curve, number[rows])
             if len(keep) < len(present.values):
                 present, any_change = _reduced(prepared, k, present, own, keep), True
         changed.append(present)
     return restart(prepared.network, tuple(changed), state) if any_change else None
+
+
+def _supported(curve: Curve, number: IntArray) -> IntArray:
+    """Knots to keep; a curve with corners is not cut at its ends."""
+    if curve.breaks:
+        return supported_knots_between(number, curve.breaks)
+    return supported_knots(number, curve.closed)
 
 
 def _reduced(prepared: Prepared, k: int, present: Curve, own: FloatArray, keep: IntArray) -> Curve:
@@ -43,5 +51,6 @@ def _reduced(prepared: Prepared, k: int, present: Curve, own: FloatArray, keep: 
         parameters = np.append(parameters, parameters[0] + basis.break_points[-1] - basis.break_points[0])
     knots = basis.evaluate(basis.break_points[keep], own)
     return replace(
-        present, values=knots, sigma=np.full_like(knots, np.inf), knot_parameters=parameters, reference=None
-    )
+        present, values=knots, sigma=np.full_like(knots, np.inf), knot_parameters=parameters, reference=None,
+        breaks=breaks_among(parameters, corner_parameters(present, basis)),
+    )  # fmt: skip

@@ -8,6 +8,7 @@ smooths away what is wrong).
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -28,7 +29,6 @@ def respaceable(curve: Curve) -> bool:
     return (
         curve.family == "natural_cubic"
         and curve.role in ("tie", "check")
-        and not curve.breaks
         and bool(np.isinf(curve.sigma).all())
     )
 
@@ -80,6 +80,8 @@ def respaced(
     own : (m, 3) present coefficients
     located : (n,) locations of its measured points, NaN where unknown
     """
+    if curve.breaks:
+        return _respaced_pieces(curve, basis, own, located, spacing, smooth)
     u, xyz = _samples(basis, own, located)
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(xyz, axis=0), axis=1))])
     count = max(3 if basis.closed else 1, round(length[-1] / spacing))
@@ -97,6 +99,34 @@ def respaced(
     return replace(
         curve, values=knots, sigma=np.full_like(knots, np.inf), knot_parameters=parameters, reference=None
     )
+
+
+def _respaced_pieces(
+    curve: Curve, basis: CurveBasis, own: FloatArray, located: FloatArray, spacing: float, smooth: bool
+) -> Curve:
+    """A curve with corners, every smooth piece re-spaced by itself; the corners stay about where they are."""
+    bounds = [0, *curve.breaks, basis.segment_count]
+    knots, parameters, breaks = np.zeros((0, 3)), np.zeros(0), []
+    for number, (first, last) in enumerate(pairwise(bounds)):
+        piece = natural_cubic_basis(basis.break_points[first : last + 1])
+        low, high = piece.break_points[[0, -1]]
+        inside = located[(located >= low) & (located <= high)]
+        ends = [end for end, outer in ((low, number == 0), (high, last == bounds[-1])) if not outer]
+        new = respaced(
+            replace(curve, breaks=()), piece, own[first : last + 1], np.append(inside, ends), spacing, smooth
+        )
+        own_parameters = np.asarray(new.knot_parameters)
+        if number:
+            breaks.append(len(knots) - 1)
+            knots[-1] = 0.5 * (knots[-1] + new.values[0])
+            parameters = np.append(parameters, parameters[-1] - own_parameters[0] + own_parameters[1:])
+            knots = np.vstack([knots, new.values[1:]])
+        else:
+            knots, parameters = new.values.copy(), own_parameters
+    return replace(
+        curve, values=knots, sigma=np.full_like(knots, np.inf), knot_parameters=parameters, reference=None,
+        breaks=tuple(breaks),
+    )  # fmt: skip
 
 
 def _supported(

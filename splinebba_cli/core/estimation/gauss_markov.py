@@ -120,8 +120,8 @@ def _iterated(run: _Run, state: State, max_iterations: int) -> Solution:
         if not run.settled(step, at):
             at = run.advanced(at, run.simplified(step, at))
         elif not run.plain:
-            if run.made_plain > PLAIN_TRIES:  # without damping there is no factor here
-                return Solution(at, None, None, False, "normal matrix is singular", tuple(run.log))
+            if run.made_plain > PLAIN_TRIES:
+                return run.ended_damped(at)
             run.make_plain()
         else:
             again = _searched_again(assembler, at)
@@ -214,6 +214,20 @@ class _Run:
             self.stiff = False
         else:
             self.damping, self.last_length = Damping.starting(self.assembler, 0.0), np.inf
+
+    def ended_damped(self, at: Linearization) -> Solution:
+        """The end where damped steps no longer lower the cost, and no undamped one is taken.
+
+        It is a solution all the same where the undamped step is so small that a stationary cost ends the iterations:
+        foot points beside kinks of a curve make v'Pv bend within less than that.
+        """
+        undamped = Damping.starting(self.assembler, 0.0)
+        step = _damped_step(self.assembler, at, undamped, stiff=False)
+        if step is None or not undamped.none:
+            return Solution(at, None, None, False, "normal matrix is singular", tuple(self.log))
+        if step.length > self.stationary:
+            return Solution(at, None, None, False, "no undamped step lowers the residuals", tuple(self.log))
+        return Solution(at, step.factor, step.eliminated, True, "cost stationary", tuple(self.log))
 
     def simplified(self, step: _Step, at: Linearization) -> _Step:
         """The step and, near the solution, more of them with the same factor while they contract."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from splinebba_cli.core.camera.collinearity import project_with_jacobian
 from splinebba_cli.core.network import FloatArray, IntArray
-from splinebba_cli.core.observations.locations import projected_derivatives
+from splinebba_cli.core.observations.projected_places import projected_derivatives
 from splinebba_cli.core.state import Prepared, State
 
 SHARE = 0.05  # of the equation along the curve that is worth keeping

@@ -12,12 +12,8 @@ from splinebba_cli.core.camera.collinearity import project
 from splinebba_cli.core.network import FloatArray, IntArray, Network
 from splinebba_cli.core.observations.curve_points import linearize_curve_points
 from splinebba_cli.core.observations.location_search import search_locations, squared_distance
-from splinebba_cli.core.observations.locations import (
-    held_locations,
-    location_bounds,
-    projected_derivatives,
-    refine_locations,
-)
+from splinebba_cli.core.observations.locations import held_locations, location_bounds, refine_locations
+from splinebba_cli.core.observations.projected_places import projected_derivatives
 from splinebba_cli.core.state import Prepared, State, initial_coefficients, prepare
 from tests.core.free_curves import CUBIC, LINE, STRAIGHT, WINDING, block_with, tie
 from tests.core.observations import complex_step

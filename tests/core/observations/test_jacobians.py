@@ -30,6 +30,8 @@ from tests.core.observations.random_network import Case, random_case
 NO_OBSERVATIONS = {
     "photo_polynomials",
     "foot_points",
+    "corner_feet",
+    "projected_places",
     "curve_point_rows",  # the same equations for assembly, compared with curve_points
     "location_search",
     "nearby_segments",

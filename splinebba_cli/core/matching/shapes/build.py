@@ -29,9 +29,11 @@ from splinebba_cli.core.matching.shapes.new_curve_problems import (
     second_edge_problems,
     weak_problems,
 )
+from splinebba_cli.core.matching.shapes.one_curve import joined_at_corners, joined_smoothly
 from splinebba_cli.core.matching.shapes.overlaps import ImagePoints, overlaps_of
 from splinebba_cli.core.matching.shapes.place_fit import fit_places
 from splinebba_cli.core.matching.shapes.second_edges import split
+from splinebba_cli.core.matching.shapes.settling import settled_curves
 from splinebba_cli.core.matching.shapes.soundness import with_supported_knots
 from splinebba_cli.core.matching.shapes.strand import Strand, strand_of
 from splinebba_cli.core.matching.shapes.undetermined import cut_undetermined, real_curves, usual_sigma
@@ -42,6 +44,7 @@ from splinebba_cli.core.state import State, image_rays, prepare
 _log = logging.getLogger(__name__)
 
 GATES = (8.0, 5.0, 4.0)  # sigma within which points are linked, round after round
+JOININGS = 3
 FIRST_TOLERANCE = 2.0  # sigma of places, before the image points decide over knots
 
 
@@ -83,6 +86,7 @@ def build_curves(
         draft = _settled(network, draft, rows, replace(gate, width=width), settings)
     if not draft.curves:
         return _result(network, draft, [], (), ())
+    draft = _run_on(network, draft, rows, gate, settings)
     draft, merged_pairs = without_duplicates(network, draft, _image_points(network))
     draft, second = split(
         network, with_needed_knots(draft, settings.knot_tolerance), network.unlabelled.chain
@@ -92,9 +96,11 @@ def build_curves(
     draft = real_curves(network, with_needed_knots(draft, settings.knot_tolerance))
     if not draft.curves:
         return _result(network, draft, [], (), ())
+    draft = joined_at_corners(network, draft, GATES[-1], settings.knot_tolerance)
     draft = without_idle_knots(with_supported_knots(draft).solved())
     usual = usual_sigma(draft)
     draft, cuts = cut_undetermined(network, draft, usual)
+    draft = settled_curves(draft)
     same = _same_as_given(network, state, draft)
     built = built_curves(network, draft, usual)
     ids = [curve.id for curve in draft.curves]
@@ -113,6 +119,17 @@ def _settled(network: Network, draft: Draft, rows: IntArray, gate: Gate, setting
         return draft
     draft = extended(with_needed_knots(draft, settings.knot_tolerance))
     return cut_back(real_curves(network, relinked(network, draft, rows, gate)))
+
+
+def _run_on(network: Network, draft: Draft, rows: IntArray, gate: Gate, settings: MatchSettings) -> Draft:
+    """Curves that run on into each other as one, as often as linking finds more of them."""
+    gate = replace(gate, width=GATES[-1])
+    for _ in range(JOININGS):
+        joined = joined_smoothly(network, draft, settings.knot_tolerance)
+        if joined is draft:
+            break
+        draft = _settled(network, joined, rows, gate, settings)
+    return draft
 
 
 def strands_of(network: Network, fragments: Sequence[Fragment]) -> list[Strand]:

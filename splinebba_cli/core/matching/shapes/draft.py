@@ -158,7 +158,11 @@ def _assembler(prepared: Prepared) -> Assembler:
     free = tuple(replace(c, sigma=np.full(c.sigma.shape, np.inf)) for c in prepared.network.curves)
     unheld = replace(prepared, network=replace(prepared.network, curves=free))
     gauge = gauge_rows(unheld, layout.coefficient_mask, prepared.network.settings.gauge_sigma_m)
-    rows = [control_rows(prepared, layout.coefficient_mask), gauge.with_sigma_times(SLIDING)]
+    curves = prepared.network.curves
+    pairs = zip(gauge.curve.tolist(), gauge.row.tolist(), strict=True)
+    corner = np.array([row in curves[curve].breaks for curve, row in pairs], dtype=bool)
+    along, at_corner = gauge.select(np.flatnonzero(~corner)), gauge.select(np.flatnonzero(corner))
+    rows = [control_rows(prepared, layout.coefficient_mask), along.with_sigma_times(SLIDING), at_corner]
     return Assembler(prepared, layout, concatenate_rows(rows, prepared.curves.support))
 
 

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from splinebba_cli.core.curves.basis import CurveBasis
+from splinebba_cli.core.curves.kept_corners import breaks_among, corner_parameters
 from splinebba_cli.core.matching.shapes.draft import Draft, with_curves
 from splinebba_cli.core.network import Curve, FloatArray
 
@@ -79,13 +80,14 @@ def on_domain(curve: Curve, basis: CurveBasis, coefficients: FloatArray, low: fl
     least = SHORTEST * (high - low) / max(len(breaks) - 1, 1)
     inner = breaks[(breaks > low + least) & (breaks < high - least)]
     parameters = np.concatenate([[low], inner, [high]])
-    knots = _straight_on(basis, coefficients, parameters)
+    knots = straight_on(basis, coefficients, parameters)
     return replace(
-        curve, values=knots, sigma=np.full_like(knots, np.inf), knot_parameters=parameters, reference=None
-    )
+        curve, values=knots, sigma=np.full_like(knots, np.inf), knot_parameters=parameters, reference=None,
+        breaks=breaks_among(parameters, corner_parameters(curve, basis)),
+    )  # fmt: skip
 
 
-def _straight_on(basis: CurveBasis, coefficients: FloatArray, u: FloatArray) -> FloatArray:
+def straight_on(basis: CurveBasis, coefficients: FloatArray, u: FloatArray) -> FloatArray:
     """Points of the curve, beyond its ends along the tangents there, (n, 3)."""
     inside = np.clip(u, basis.break_points[0], basis.break_points[-1])
     return np.asarray(

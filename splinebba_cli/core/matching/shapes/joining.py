@@ -6,8 +6,8 @@
                 dispersions of the ends, F'(difference) is tested against F'(D_a + D_b)F + (g SAG)^2 I; the gap is
                 short against both strands, and no other end fits as well
 
-An end is joined once, the surest first.  Corners are not crossed: each side is a curve of its own.  A spline with a
-corner could be adjusted, but its knots not be re-spaced, and few knots on long straight sides slide for ever.
+An end is joined once, the surest first.  Corners are not crossed: each side becomes a curve of its own, and one of them
+with a corner when both have been adjusted (:mod:`.one_curve`).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from splinebba_cli.core.network import FloatArray, IntArray
 SHORT = 0.3  # gaps without a chain across, of the length of the shorter strand
 SHORT_WITH_CHAIN = 1.0  # gaps that a chain crosses, of the length of both strands together
 MEETS = float(chi2.ppf(0.99, 2))
-CORNER = float(np.cos(np.radians(40.0)))  # a chain that turns more goes around a corner, where curves end
+CORNER = float(np.cos(np.radians(40.0)))  # a chain that turns more goes around a corner
 CLEARLY_BETTER = 3.0  # times the statistic: another end that fits nearly as well leaves the joint open
 SURELY_MEETS = float(chi2.ppf(0.9, 2))
 STRAIGHT = float(np.cos(np.radians(10.0)))
@@ -53,12 +53,12 @@ def joined_strands(strands: list[Strand], chain: IntArray, image: IntArray) -> l
     """
     if not strands:
         return []
-    links = _links_between(joints_of(strands, chain, image))
+    links = links_between([(j.first, j.second) for j in joints_of(strands, chain, image)])
     done: set[int] = set()
     found = []
     for k in range(len(strands)):
         if k not in done:
-            path, ring = _path(k, links)
+            path, ring = path_from(k, links)
             done.update(number for number, _ in path)
             found.append(
                 end_to_end([strands[n] if forward else strands[n].reversed() for n, forward in path], ring)
@@ -168,13 +168,18 @@ def _from_begin(strand: Strand) -> FloatArray:
     return np.asarray((strand.link_location - strand.location[0]) / max(strand.length, 1e-300))
 
 
-def _links_between(joints: list[Joint]) -> dict[tuple[int, int], tuple[int, int]]:
-    links = {joint.first: joint.second for joint in joints}
-    links.update({joint.second: joint.first for joint in joints})
+def links_between(
+    joints: list[tuple[tuple[int, int], tuple[int, int]]],
+) -> dict[tuple[int, int], tuple[int, int]]:
+    """What is joined to an end, for both ends of every joint."""
+    links = dict(joints)
+    links.update({second: first for first, second in joints})
     return links
 
 
-def _path(start: int, links: dict[tuple[int, int], tuple[int, int]]) -> tuple[list[tuple[int, bool]], bool]:
+def path_from(
+    start: int, links: dict[tuple[int, int], tuple[int, int]]
+) -> tuple[list[tuple[int, bool]], bool]:
     """Strands in their order along the edge of one of them, with their sense; whether it is a ring."""
     strand, forward = start, True
     while (back := links.get((strand, 0 if forward else 1))) is not None:

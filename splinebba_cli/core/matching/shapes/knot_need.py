@@ -15,6 +15,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from splinebba_cli.core.curves.basis import CurveBasis
+from splinebba_cli.core.curves.kept_corners import breaks_among, corner_parameters
 from splinebba_cli.core.matching.shapes.draft import Draft, with_curves
 from splinebba_cli.core.matching.shapes.soundness import distorted, with_supported_knots
 from splinebba_cli.core.network import BoolArray, Curve, FloatArray, IntArray
@@ -123,8 +124,9 @@ def with_knots(curve: Curve, basis: CurveBasis, coefficients: FloatArray, new: F
     parameters = np.sort(np.concatenate([breaks, new]))
     knots = basis.evaluate(parameters[:-1] if basis.closed else parameters, coefficients)
     return replace(
-        curve, values=knots, sigma=np.full_like(knots, np.inf), knot_parameters=parameters, reference=None
-    )
+        curve, values=knots, sigma=np.full_like(knots, np.inf), knot_parameters=parameters, reference=None,
+        breaks=breaks_among(parameters, corner_parameters(curve, basis)),
+    )  # fmt: skip
 
 
 def cheaper(draft: Draft, trial: Draft, better: BoolArray) -> Draft:

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from splinebba_cli.core.curves.basis import CurveBasis
+from splinebba_cli.core.curves.kept_corners import breaks_among
 from splinebba_cli.core.curves.natural_cubic import natural_cubic_basis
 from splinebba_cli.core.matching.shapes.draft import Draft, with_curves
 from splinebba_cli.core.matching.shapes.knot_need import cheaper, costs
@@ -40,12 +41,13 @@ def without_idle_knots(draft: Draft) -> Draft:
 
 def _inner(curve: Curve) -> int:
     """How many knots may be taken out."""
-    return max(len(curve.values) - (4 if curve.closed else 2), 0)
+    return max(len(curve.values) - len(curve.breaks) - (4 if curve.closed else 2), 0)
 
 
 def _reduced(curve: Curve, basis: CurveBasis, coefficients: FloatArray, many: int) -> Curve:
     """A curve without the inner knots that it would miss least, no two of them neighbours."""
-    inner = range(1, len(curve.values) - (0 if curve.closed else 1))
+    last = len(curve.values) - (0 if curve.closed else 1)
+    inner = [k for k in range(1, last) if k not in curve.breaks]
     moved = np.array([_shift(curve, basis, coefficients, k) for k in inner])
     gone: list[int] = []
     for place in np.argsort(moved, kind="stable").tolist():
@@ -56,15 +58,19 @@ def _reduced(curve: Curve, basis: CurveBasis, coefficients: FloatArray, many: in
 
 
 def _without(curve: Curve, knots: list[int]) -> Curve:
-    parameters = np.delete(np.asarray(curve.knot_parameters), knots)
+    before = np.asarray(curve.knot_parameters)
+    parameters = np.delete(before, knots)
     values = np.delete(curve.values, knots, axis=0)
-    return replace(curve, values=values, sigma=np.full_like(values, np.inf), knot_parameters=parameters)
+    breaks = breaks_among(parameters, before[list(curve.breaks)])
+    return replace(
+        curve, values=values, sigma=np.full_like(values, np.inf), knot_parameters=parameters, breaks=breaks
+    )
 
 
 def _shift(curve: Curve, basis: CurveBasis, coefficients: FloatArray, knot: int) -> float:
     """How far the curve moves at a knot when it is taken out."""
     less = _without(curve, [knot])
-    other = natural_cubic_basis(np.asarray(less.knot_parameters), curve.closed)
+    other = natural_cubic_basis(np.asarray(less.knot_parameters), curve.closed, less.breaks)
     at = basis.break_points[[knot]]
     own = other.evaluate(at, other.coefficients_from_values(less.values))
     return float(np.linalg.norm(own - basis.evaluate(at, coefficients)))

@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from splinebba_cli.core.curves.basis import CurveBasis
+from splinebba_cli.core.curves.kept_corners import breaks_among, corner_parameters, supported_knots_between
 from splinebba_cli.core.curves.support import supported_knots
 from splinebba_cli.core.estimation.curve_folding import folded_segments
 from splinebba_cli.core.matching.shapes.draft import Draft, with_curves
@@ -60,11 +61,17 @@ def with_supported_knots(draft: Draft) -> Draft:
 
 def _reduced(curve: Curve, basis: CurveBasis, coefficients: FloatArray, number: IntArray) -> Curve:
     """A curve with the supported ones of its knots; ends stay."""
-    keep = supported_knots(number, curve.closed, cut_ends=False)
+    if curve.closed:
+        keep = supported_knots(number, True, cut_ends=False)
+    else:
+        keep = supported_knots_between(number, curve.breaks)
     if len(keep) == len(curve.values):
         return curve
     parameters = basis.break_points[keep]
     if basis.closed:
         parameters = np.append(parameters, parameters[0] + basis.break_points[-1] - basis.break_points[0])
     values = basis.evaluate(basis.break_points[keep], coefficients)
-    return replace(curve, values=values, sigma=np.full_like(values, np.inf), knot_parameters=parameters)
+    return replace(
+        curve, values=values, sigma=np.full_like(values, np.inf), knot_parameters=parameters,
+        breaks=breaks_among(parameters, corner_parameters(curve, basis)),
+    )  # fmt: skip
