@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from splinebba_cli.core.camera.rotation import rotation_from_vector
 from splinebba_cli.core.matching.free_orientation.chains import ImageChains
 from splinebba_cli.core.matching.free_orientation.places import CurveSamples
-from splinebba_cli.core.matching.free_orientation.score import see
+from splinebba_cli.core.matching.free_orientation.seen import across_design, see
 from splinebba_cli.core.network import FloatArray, IntArray
 
 SHRINK = 0.75  # of the gate from step to step
@@ -127,19 +127,9 @@ class Refiner:
         chosen = near[row, first]
         normal = across[row, first]
         sample = shown[chosen]
-        design = self._design(rotation, position, samples.xyz[sample], normal)
+        p = (samples.xyz[sample] - position) @ rotation
+        design = across_design(chains.principal_distance, p, normal, rotation)
         return _Matched(points[row], sample, normal, distance[row, first], design)
-
-    def _design(
-        self, rotation: FloatArray, position: FloatArray, xyz: FloatArray, normal: FloatArray
-    ) -> FloatArray:
-        """Derivatives of normal . xy with respect to theta and X0, (k, 6)."""
-        c = self.chains.principal_distance
-        p = (xyz - position) @ rotation
-        depth = -p[:, 2]
-        xy = c * p[:, :2] / depth[:, None]
-        rate = np.column_stack([c * normal, np.sum(xy * normal, axis=1)]) / depth[:, None]  # d / dp
-        return np.hstack([np.cross(rate, p), -rate @ rotation.T])
 
     def _step(self, matched: _Matched, gate: float) -> tuple[FloatArray, float]:
         """One Gauss-Newton step, distances weighted down towards the gate (Tukey); rms of the distances."""

@@ -14,17 +14,29 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinebba_cli.core.approximation.point_tangent import orient_from_point_tangents
+from splinebba_cli.core.matching.free_orientation.chain_raster import ALONGSIDE, ChainRaster
 from splinebba_cli.core.matching.free_orientation.chains import ChainEnds, ImageChains
 from splinebba_cli.core.matching.free_orientation.places import KnownCurves, Places
 from splinebba_cli.core.matching.free_orientation.prior import PriorFilter
-from splinebba_cli.core.matching.free_orientation.refinement import FittedOrientation, Refiner
-from splinebba_cli.core.matching.free_orientation.score import CoarseScore, see
+from splinebba_cli.core.matching.free_orientation.refinement import SMALLEST_GATE, FittedOrientation, Refiner
+from splinebba_cli.core.matching.free_orientation.rough_refinement import roughly_refined
+from splinebba_cli.core.matching.free_orientation.score import CoarseScore
+from splinebba_cli.core.matching.free_orientation.seen import see
 from splinebba_cli.core.network import FloatArray, IntArray
 
 GATE_SHARE = 0.012  # of the diagonal of what the chains cover: how far a hypothesis may be off in the picture
-COARSE_SAMPLES, FINE_SAMPLES, REFINING_SAMPLES = 100, 500, 2500
+COARSE_SAMPLES, ROUGH_SAMPLES, FINE_SAMPLES, REFINING_SAMPLES = 100, 250, 500, 2500
 REFINED_POINTS = 400
-KEPT, REFINED = 1000, 40  # hypotheses of a batch after the coarse and the fine score
+KEPT, ROUGH, REFINED = (
+    1000,
+    100,
+    10,
+)  # hypotheses of a batch after the coarse, the fine score, rough refinement
+SHRINK, ROUGH_STEPS = (
+    0.75,
+    3,
+)  # of the gate of rough refinement from step to step; steps with the smallest one
+HOPELESS = 0.5  # of the best score: what is below after rough refinement is not refined
 PAIRS_IN_BATCH, BATCHES = 6, 10
 PROBES = 12  # places by which two orientations are told apart
 LEAST_SCORE, SURE_SCORE = 0.25, 0.5
@@ -93,10 +105,11 @@ class ImageSearch:
         self._rng = np.random.default_rng(seed)
         self._diagonal = float(np.linalg.norm(np.ptp(chains.xy, axis=0)))
         self.gate = max(GATE_SHARE * self._diagonal, 6.0 * chains.sigma)
-        self._coarse, self._fine = (
-            CoarseScore(chains, known.samples(count), self.gate, tolerance)
-            for count in (COARSE_SAMPLES, FINE_SAMPLES)
-        )
+        self._raster = ChainRaster(chains, ALONGSIDE * self.gate, tolerance)
+        self._gates = _shrinking(self.gate, max(self._raster.cell, SMALLEST_GATE * chains.sigma))
+        self._coarse = CoarseScore(chains, known.samples(COARSE_SAMPLES), self._raster, self.gate)
+        self._close = CoarseScore(chains, known.samples(FINE_SAMPLES), self._raster, self._gates[-1])
+        self._samples = known.samples(ROUGH_SAMPLES)
         self._probes = known.samples(PROBES)
         self._refiner = Refiner(chains, known.samples(REFINING_SAMPLES), tolerance, REFINED_POINTS)
         self._found: list[FittedOrientation] = []
@@ -127,7 +140,6 @@ class ImageSearch:
         yield self._orientations(chains.ends, self._ends, _pairs_of_one_chain(chains.ends), directed=True)
         for _ in range(BATCHES):
             yield self._orientations(chains.ends, self._ends, self._image_pairs(chains.ends), directed=True)
-        for _ in range(BATCHES):
             anywhere = self.known.samples(PLACES, self._rng.random())
             places = Places(anywhere.xyz, anywhere.tangent, anywhere.curve)
             yield self._orientations(points, places, self._image_pairs(points), directed=False)
@@ -148,23 +160,20 @@ class ImageSearch:
         apart = np.linalg.norm(places.xyz[first] - places.xyz[second], axis=1)
         distinct = apart > 1e-3 * apart.max(initial=0.0)
         first, second = first[distinct], second[distinct]
-        found: list[tuple[FloatArray, FloatArray]] = []
-        for a, b in pairs:
-            of_one = (places.curve[first] == places.curve[second]) | (at.chain[a] != at.chain[b])
-            i, j = first[of_one], second[of_one]
-            shape = (len(i), 2)
-            solved = orient_from_point_tangents(
-                np.broadcast_to(rays[[a, b]], (*shape, 3)), np.broadcast_to(at.direction[[a, b]], (*shape, 2)),
-                np.stack([places.xyz[i], places.xyz[j]], axis=1),
-                np.stack([places.tangent[i], places.tangent[j]], axis=1),
-            )  # fmt: skip
-            good = self.prior(solved.rotation, solved.position)
-            if directed:
-                good &= solved.same_sense.all(axis=1)
-            found.append((solved.rotation[good], solved.position[good]))
-        if not found:
-            return np.zeros((0, 3, 3)), np.zeros((0, 3))
-        return np.concatenate([each[0] for each in found]), np.concatenate([each[1] for each in found])
+        image = [np.zeros((0, 2), dtype=np.int64)]
+        object_ = [np.zeros((0, 2), dtype=np.int64)]
+        for pair in pairs:
+            of_one = (places.curve[first] == places.curve[second]) | (at.chain[pair[0]] != at.chain[pair[1]])
+            object_.append(np.column_stack([first[of_one], second[of_one]]))
+            image.append(np.broadcast_to(np.array(pair), object_[-1].shape))
+        seen, shown = np.concatenate(image), np.concatenate(object_)
+        solved = orient_from_point_tangents(
+            rays[seen], at.direction[seen], places.xyz[shown], places.tangent[shown]
+        )
+        good = self.prior(solved.rotation, solved.position)
+        if directed:
+            good &= solved.same_sense.all(axis=1)
+        return solved.rotation[good], solved.position[good]
 
     def _image_pairs(self, at: ChainEnds) -> list[tuple[int, int]]:
         """Random pairs of image places that lie apart."""
@@ -185,26 +194,31 @@ class ImageSearch:
         if not len(rotation):
             return
         rows = _largest(self._coarse(rotation, position), KEPT)
-        rotation, position = rotation[rows], position[rows]
-        order = _largest(self._fine(rotation, position), KEPT)
-        for k in self._distinct(rotation[order], position[order]):
-            fitted = self._refiner.refine(rotation[order[k]], position[order[k]], self.gate)
+        rotation, position = roughly_refined(
+            self.chains, self._samples, self._raster, rotation[rows], position[rows], self._gates
+        )
+        score = self._close(rotation, position)
+        order = _largest(score, KEPT)
+        gate = self._gates[-1]
+        for k in order[self._distinct(rotation[order], position[order], 0.5 * gate, REFINED)]:
+            best = max((each.score for each in self._found), default=0.0)
+            if score[k] <= HOPELESS * best:
+                break
+            fitted = self._refiner.refine(rotation[k], position[k], gate)
             if fitted is not None and self.prior(fitted.rotation[None], fitted.position[None])[0]:
-                best = max((each.score for each in self._found), default=0.0)
                 near = fitted.score > max(MARGIN * best, LEAST_SCORE)
                 self._found.append(self._refiner.polish(fitted) if near else fitted)
 
-    def _distinct(self, rotation: FloatArray, position: FloatArray) -> list[int]:
-        """The first orientations that see the probes at other places than those before, at most REFINED."""
+    def _distinct(self, rotation: FloatArray, position: FloatArray, apart: float, most: int) -> IntArray:
+        """The first orientations that see the probes at other places (mm) than those before, so many at most."""
         seen = self._probed(rotation, position)
+        left = np.arange(len(seen))
         chosen: list[int] = []
-        for k in range(len(seen)):
-            away = [np.median(np.linalg.norm(seen[k] - seen[other], axis=1)) for other in chosen]
-            if min(away, default=np.inf) > 0.5 * self.gate:
-                chosen.append(k)
-            if len(chosen) == REFINED:
-                break
-        return chosen
+        while len(left) and len(chosen) < most:
+            chosen.append(int(left[0]))
+            away = np.linalg.norm(seen[left] - seen[left[0]], axis=2)
+            left = left[np.median(away, axis=1) > apart]
+        return np.array(chosen, dtype=np.int64)
 
     def _same(self, a: FittedOrientation, b: FittedOrientation) -> bool:
         seen = self._probed(np.stack([a.rotation, b.rotation]), np.stack([a.position, b.position]))
@@ -221,6 +235,12 @@ def _pairs_of_one_chain(at: ChainEnds) -> list[tuple[int, int]]:
     rows = np.argsort(at.chain, kind="stable")
     same = np.flatnonzero(np.diff(at.chain[rows]) == 0)
     return [(int(rows[k]), int(rows[k + 1])) for k in same]
+
+
+def _shrinking(gate: float, smallest: float) -> FloatArray:
+    """Gates of rough refinement."""
+    count = max(int(np.ceil(np.log(smallest / gate) / np.log(SHRINK))), 0) + ROUGH_STEPS
+    return np.asarray(np.maximum(gate * SHRINK ** np.arange(count), min(smallest, gate)))
 
 
 def _largest(values: FloatArray, count: int) -> IntArray:

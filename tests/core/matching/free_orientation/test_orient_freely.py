@@ -18,12 +18,15 @@ from benchmarks.free_orientation_scenes import (
 from splinebba_cli.core.camera.collinearity import project
 from splinebba_cli.core.camera.rotation import rotation_from_vector
 from splinebba_cli.core.matching.free_orientation import search
+from splinebba_cli.core.matching.free_orientation.chain_raster import ChainRaster
 from splinebba_cli.core.matching.free_orientation.chains import image_chains
 from splinebba_cli.core.matching.free_orientation.orient_freely import orient_freely
 from splinebba_cli.core.matching.free_orientation.places import KnownCurves
 from splinebba_cli.core.matching.free_orientation.prior import PriorFilter
 from splinebba_cli.core.matching.free_orientation.refinement import Refiner
+from splinebba_cli.core.matching.free_orientation.rough_refinement import roughly_refined
 from splinebba_cli.core.matching.free_orientation.score import CoarseScore
+from splinebba_cli.core.matching.free_orientation.seen import Seen, across_design, see
 from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.core.network import (
     Camera,
@@ -192,7 +195,8 @@ def test_score_prefers_the_truth_to_cameras_that_shrink_or_cover(one: tuple[Free
     made, known = one
     chains = image_chains(made.network, 0)
     assert chains is not None
-    score = CoarseScore(chains, known.samples(300), 0.05, 0.35)
+    raster = ChainRaster(chains, 0.1, 0.35)
+    score = CoarseScore(chains, known.samples(300), raster, 0.05)
     rotation, position = (
         made.rotation[[0] * 4],
         made.position[[0] * 4] * np.array([[1.0], [40.0], [0.4], [-1.0]]),
@@ -202,7 +206,7 @@ def test_score_prefers_the_truth_to_cameras_that_shrink_or_cover(one: tuple[Free
     assert max(far, near) < 0.5 * truth
     assert behind == 0.0
     others = known_curves_of((*made.network.curves, *edges(18, 20)))
-    covered = CoarseScore(chains, others.samples(1200), 0.05, 0.35)(made.rotation[:1], made.position[:1])[0]
+    covered = CoarseScore(chains, others.samples(1200), raster, 0.05)(made.rotation[:1], made.position[:1])[0]
     assert covered < 0.75 * truth  # curves that the image does not show speak against an orientation
 
 
@@ -222,14 +226,39 @@ def test_refinement_returns_from_some_degrees(one: tuple[FreeScene, KnownCurves]
     assert fitted.rms_mm == pytest.approx(SIGMA, rel=0.15)
 
 
-def test_derivatives_of_distances_across(one: tuple[FreeScene, KnownCurves]) -> None:
+def test_rough_refinement_brings_many_near_and_gives_up_others(one: tuple[FreeScene, KnownCurves]) -> None:
+    """From places up to half a gate off to less than the cells of the raster; a camera that sees nothing is none."""
     made, known = one
     chains = image_chains(made.network, 0)
     assert chains is not None
-    refiner = Refiner(chains, known.samples(50), 0.35, 100)
+    g = np.random.default_rng(19)
+    turned = made.rotation[0] @ rotation_from_vector(g.normal(0.0, 0.002, (12, 3)))
+    moved = made.position[0] + g.normal(0.0, 0.004, (12, 3))
+    moved[-1] *= -1.0
+    raster = ChainRaster(chains, 0.3, 0.35)
+    gates = np.array([0.2, 0.15, 0.11, 0.08, 0.06, 0.06, 0.06])
+    rotation, position = roughly_refined(chains, known.samples(500), raster, turned, moved, gates)
+    assert np.isnan(rotation[-1]).all() and np.isnan(position[-1]).all()
+    samples = known.samples(100)
+    truth = see(chains, samples, made.rotation[:1], made.position[:1])
+    found, before = (
+        see(chains, samples, *each) for each in ((rotation[:-1], position[:-1]), (turned[:-1], moved[:-1]))
+    )
+
+    def away(other: Seen) -> FloatArray:
+        return np.nanmedian(np.hypot(other.x - truth.x, other.y - truth.y), axis=1)
+
+    assert (away(before) > 0.02).all()
+    assert (away(found) < 0.2 * raster.cell).all()
+
+
+def test_derivatives_of_distances_across(one: tuple[FreeScene, KnownCurves]) -> None:
+    made, known = one
     xyz, rotation, position = known.samples(50).xyz, made.rotation[0], made.position[0]
     normal = np.tile([0.6, 0.8], (50, 1))
-    design = refiner._design(rotation, position, xyz, normal)
+    design = across_design(C, (xyz - position) @ rotation, normal, rotation)
+    each = across_design(C, (xyz - position) @ rotation, normal, np.tile(rotation, (50, 1, 1)))
+    np.testing.assert_allclose(each, design, rtol=1e-14)
     h = 1e-30j
     for column in range(6):
         step = np.zeros(6, dtype=complex)
