@@ -21,7 +21,7 @@ from splinebba_cli.core.matching.free_orientation.prior import PriorFilter
 from splinebba_cli.core.matching.free_orientation.refinement import SMALLEST_GATE, FittedOrientation, Refiner
 from splinebba_cli.core.matching.free_orientation.rough_refinement import roughly_refined
 from splinebba_cli.core.matching.free_orientation.score import CoarseScore
-from splinebba_cli.core.matching.free_orientation.seen import see
+from splinebba_cli.core.matching.free_orientation.seen import apart, see
 from splinebba_cli.core.network import FloatArray, IntArray
 
 GATE_SHARE = 0.012  # of the diagonal of what the chains cover: how far a hypothesis may be off in the picture
@@ -38,7 +38,7 @@ SHRINK, ROUGH_STEPS = (
 )  # of the gate of rough refinement from step to step; steps with the smallest one
 HOPELESS = 0.5  # of the best score: what is below after rough refinement is not refined
 PAIRS_IN_BATCH, BATCHES = 6, 10
-PROBES = 12  # places by which two orientations are told apart
+PROBES = 100  # places by which two orientations are told apart
 LEAST_SCORE, SURE_SCORE = 0.25, 0.5
 LARGEST_RMS = (
     1.7  # sigma of a point, of an orientation that explains less than is sure; wrong ones leave 2 and more
@@ -199,6 +199,7 @@ class ImageSearch:
         )
         score = self._close(rotation, position)
         order = _largest(score, KEPT)
+        order = order[score[order] > 0.0]
         gate = self._gates[-1]
         for k in order[self._distinct(rotation[order], position[order], 0.5 * gate, REFINED)]:
             best = max((each.score for each in self._found), default=0.0)
@@ -209,25 +210,19 @@ class ImageSearch:
                 near = fitted.score > max(MARGIN * best, LEAST_SCORE)
                 self._found.append(self._refiner.polish(fitted) if near else fitted)
 
-    def _distinct(self, rotation: FloatArray, position: FloatArray, apart: float, most: int) -> IntArray:
+    def _distinct(self, rotation: FloatArray, position: FloatArray, away: float, most: int) -> IntArray:
         """The first orientations that see the probes at other places (mm) than those before, so many at most."""
-        seen = self._probed(rotation, position)
-        left = np.arange(len(seen))
+        seen = see(self.chains, self._probes, rotation, position)
+        left = np.ones(len(position), dtype=bool)
         chosen: list[int] = []
-        while len(left) and len(chosen) < most:
-            chosen.append(int(left[0]))
-            away = np.linalg.norm(seen[left] - seen[left[0]], axis=2)
-            left = left[np.median(away, axis=1) > apart]
+        while left.any() and len(chosen) < most:
+            chosen.append(int(np.argmax(left)))
+            left &= apart(seen, chosen[-1]) > away
         return np.array(chosen, dtype=np.int64)
 
     def _same(self, a: FittedOrientation, b: FittedOrientation) -> bool:
-        seen = self._probed(np.stack([a.rotation, b.rotation]), np.stack([a.position, b.position]))
-        return bool(np.median(np.linalg.norm(seen[0] - seen[1], axis=1)) < 0.5 * self.gate)
-
-    def _probed(self, rotation: FloatArray, position: FloatArray) -> FloatArray:
-        """Where the probes are seen, (s, q, 2) mm; far away where they are behind the camera."""
-        seen = see(self.chains, self._probes, rotation, position)
-        return np.nan_to_num(np.stack([seen.x, seen.y], axis=2), nan=1e9)
+        rotation, position = np.stack([a.rotation, b.rotation]), np.stack([a.position, b.position])
+        return bool(apart(see(self.chains, self._probes, rotation, position), 0)[1] < 0.5 * self.gate)
 
 
 def _pairs_of_one_chain(at: ChainEnds) -> list[tuple[int, int]]:

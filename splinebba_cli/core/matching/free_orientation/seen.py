@@ -48,6 +48,18 @@ def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
     return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2]
 
 
+def apart(seen: Seen, k: int) -> FloatArray:
+    """How far from each other orientation k and the others see the same places, medians (s,) mm.
+
+    Of the places that either shows in the picture; one that only either has before it is infinitely far.
+    """
+    away = np.hypot(seen.x - seen.x[k], seen.y - seen.y[k])
+    away = np.where(np.isfinite(away), away, np.inf)
+    away = np.sort(np.where(seen.inside | seen.inside[k], away, np.nan), axis=1)  # NaN last
+    count = np.count_nonzero(~np.isnan(away), axis=1)
+    return np.where(count > 0, away[np.arange(len(away)), np.maximum(count - 1, 0) // 2], 0.0)
+
+
 def across_design(
     principal_distance: float, p: FloatArray, normal: FloatArray, rotation: FloatArray
 ) -> FloatArray:

@@ -21,12 +21,12 @@ from splinebba_cli.core.matching.free_orientation import search
 from splinebba_cli.core.matching.free_orientation.chain_raster import ChainRaster
 from splinebba_cli.core.matching.free_orientation.chains import image_chains
 from splinebba_cli.core.matching.free_orientation.orient_freely import orient_freely
-from splinebba_cli.core.matching.free_orientation.places import KnownCurves
+from splinebba_cli.core.matching.free_orientation.places import CurveSamples, KnownCurves
 from splinebba_cli.core.matching.free_orientation.prior import PriorFilter
 from splinebba_cli.core.matching.free_orientation.refinement import Refiner
 from splinebba_cli.core.matching.free_orientation.rough_refinement import roughly_refined
 from splinebba_cli.core.matching.free_orientation.score import CoarseScore
-from splinebba_cli.core.matching.free_orientation.seen import Seen, across_design, see
+from splinebba_cli.core.matching.free_orientation.seen import Seen, across_design, apart, see
 from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.core.network import (
     Camera,
@@ -250,6 +250,23 @@ def test_rough_refinement_brings_many_near_and_gives_up_others(one: tuple[FreeSc
 
     assert (away(before) > 0.02).all()
     assert (away(found) < 0.2 * raster.cell).all()
+
+
+def test_orientations_are_told_apart_by_what_the_picture_shows(one: tuple[FreeScene, KnownCurves]) -> None:
+    """Most places lie behind all of these cameras, and far beside the picture small turns grow large."""
+    chains = image_chains(one[0].network, 0)
+    assert chains is not None
+    angle = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
+    ring = 5.0 * np.column_stack([np.cos(angle), np.sin(angle), 0.02 * np.cos(2.0 * angle)])
+    samples = CurveSamples(ring, ring, np.zeros(40, dtype=np.int64), angle, np.ones(40))
+    to = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    rotation = np.array([looking_at(np.zeros(3), each, 0.0) for each in to])
+    rotation = np.concatenate([rotation, rotation[:1] @ rotation_from_vector(np.array([0.0, 1e-4, 0.0]))])
+    seen = see(chains, samples, rotation, np.zeros((4, 3)))
+    assert (np.isnan(seen.x).mean(axis=1) > 0.45).all() and (seen.inside.sum(axis=1) >= 3).all()
+    away = apart(seen, 0)
+    assert away[0] == 0.0 and (away[1:3] > 5.0).all()
+    assert away[3] == pytest.approx(1e-4 * C, rel=0.2)
 
 
 def test_derivatives_of_distances_across(one: tuple[FreeScene, KnownCurves]) -> None:
