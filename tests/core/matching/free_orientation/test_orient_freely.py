@@ -165,6 +165,25 @@ def test_nothing_to_search_from() -> None:
     assert "chains" in no_chains.message and "known shape" in no_curves.message
 
 
+def test_chains_that_lead_nowhere_are_none() -> None:
+    made = scene(edges(11), 1, 12).network
+    points = made.unlabelled
+    still = replace(made, unlabelled=replace(points, photo_xy=np.tile([1.0, 2.0], (len(points), 1))))
+    assert image_chains(still, 0) is None
+    assert orient_freely(still).problems[0].code == "SBB587"
+    some = np.where((points.chain == points.chain[0])[:, None], [1.0, 2.0], points.photo_xy)
+    chains = image_chains(replace(made, unlabelled=replace(points, photo_xy=some)), 0)
+    assert chains is not None and points.chain[0] not in chains.chain and (chains.length > 0.0).all()
+
+
+def test_the_picture_holds_chains_that_distortion_moves_beyond_the_format() -> None:
+    made = scene(edges(11), 1, 12).network
+    small = replace(made, cameras=(replace(CAMERA, format_mm=(2.0, 2.0)),))
+    chains = image_chains(small, 0)
+    assert chains is not None
+    np.testing.assert_array_equal(chains.format_mm, [chains.xy.min(axis=0), chains.xy.max(axis=0)])
+
+
 def test_images_follow_through_points() -> None:
     """Two images have chains; the third one sees points that these intersect."""
     made = scene(edges(13), 3, 14)
