@@ -63,8 +63,7 @@ def _places_of_curves(network: Network) -> FloatArray:
     """Beginnings and middles of all segments of the curves, (k, 3) metres; NaN where the shape is not known."""
     prepared = prepare(network)
     curves = prepared.curves
-    owner = np.repeat(np.arange(len(curves.bases)), np.diff(curves.segment_start))
-    owner, u = np.tile(owner, 2), np.concatenate([curves.left, curves.left + 0.5 * curves.length])
+    owner, u = np.tile(curves.owner, 2), np.concatenate([curves.left, curves.left + 0.5 * curves.length])
     own = curves.has_location[owner]
     return curves.evaluate(initial_coefficients(prepared), owner[own], u[own])[0]
 
