@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from splinebba_cli.core.adjustment import adjust
 from splinebba_cli.core.matching.match import match
 from splinebba_cli.core.matching.matches import MatchResult, Reason
 from splinebba_cli.core.matching.settings import MatchSettings
@@ -51,11 +52,21 @@ def test_points_on_known_curves(street: Network) -> None:
     found = match(street, KNOWN)
     assert_complete(street, found)
     assert (found.matches.curve >= 0).mean() > 0.98
-    # the curves leave some directions open, in which all of the assumed sigma stays, and no more
-    assert found.oriented.all()
-    sigma = np.sqrt(np.einsum("mii->mi", found.eop_dispersion))
-    assert (sigma[:, 3:] < 0.501).all() and sigma[:, 3:].max() == pytest.approx(0.5, rel=0.05)
-    assert (sigma[:, :3] < 5.01e-4).all()
+    assert not found.oriented.any()  # three curves leave some directions open: they say nothing of the images
+    assert {problem.code for problem in found.problems} == {"SBB580"}
+
+
+def test_dispersions_are_those_of_the_adjustment_of_the_labels() -> None:
+    generator = np.random.default_rng(3)
+    starts = generator.uniform([-100.0, -80.0, 0.0], [40.0, 40.0, 200.0], (14, 3))
+    ways = generator.normal(size=(14, 3)) * [1.0, 1.0, 0.2]
+    block = scene([straight(tuple(a), tuple(b)) for a, b in zip(starts, ways, strict=True)])
+    curves = tuple(curve("straight_line", each[[0, -1]]) for each in block.curves)
+    found = match(replace(block.network, curves=curves), KNOWN)
+    assert found.oriented.all() and found.problems == ()
+    np.testing.assert_allclose(
+        found.eop_dispersion, adjust(found.network).images.dispersion, rtol=1e-6, atol=1e-15
+    )
 
 
 def test_fixed_curves_keep_their_values_free_ones_get_better_ones(street: Network) -> None:
