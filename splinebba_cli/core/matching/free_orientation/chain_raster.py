@@ -45,12 +45,12 @@ class ChainRaster:
         away, near = cKDTree(chains.xy[usable]).query(centres, distance_upper_bound=reach + self.cell)
         self._nearest = np.where(np.isfinite(away), usable[np.minimum(near, len(usable) - 1)], -1)
 
-    def beside(self, seen: Seen, gate: float) -> SamplesOnChains:
+    def beside(self, seen: Seen, gate: FloatArray) -> SamplesOnChains:
         """Samples before orientations and the chains that they run along.
 
         Parameters
         ----------
-        gate : mm, not wider than the reach
+        gate : (s,) mm of every orientation, not wider than the reach
         """
         pose, sample = np.nonzero(seen.inside)
         x, y = seen.x[seen.inside], seen.y[seen.inside]
@@ -60,8 +60,9 @@ class ChainRaster:
         dx, dy = x - self._x[near], y - self._y[near]
         cosine, sine = self._cosine[near], self._sine[near]
         distance = dx * sine - dy * cosine
-        hit = (near >= 0) & (np.abs(distance) < gate)
-        hit &= dx * dx + dy * dy < (ALONGSIDE * gate) ** 2
+        width = gate[pose]
+        hit = (near >= 0) & (np.abs(distance) < width)
+        hit &= dx * dx + dy * dy < (ALONGSIDE * width) ** 2
         hit &= np.abs(along_x * sine - along_y * cosine) < self._tolerance * speed
         return SamplesOnChains(pose, sample, speed, np.stack([sine, -cosine], axis=1), distance, hit)
 

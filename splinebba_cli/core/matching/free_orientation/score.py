@@ -36,7 +36,9 @@ class CoarseScore:
         return np.concatenate([np.zeros(0), *parts])
 
     def _score(self, rotation: FloatArray, position: FloatArray) -> FloatArray:
-        beside = self._raster.beside(see(self._chains, self._samples, rotation, position), self._gate)
+        beside = self._raster.beside(
+            see(self._chains, self._samples, rotation, position), np.full(len(rotation), self._gate)
+        )
         length = beside.speed * self._samples.length[beside.sample]
         explained = np.bincount(beside.pose, length * beside.hit, minlength=len(rotation))
         visible = np.bincount(beside.pose, length, minlength=len(rotation))

@@ -2,8 +2,8 @@
 
 Ends of chains are taken for ends of curves, two at a time and with their tangents (P2PT); where chains do not end as
 curves do, points of chains are taken for places anywhere along the curves.  Every pair of image places is tried with
-all pairs of curve places; the best by the coarse score are refined, and the best of these by the exact one is the
-answer if it explains enough and no other comes near to it.
+all pairs of curve places.  Thousands of the best by the coarse score are refined roughly, all at once; the best of
+these exactly, one by one; the best by the exact score is the answer if it explains enough and no other comes near.
 """
 
 from __future__ import annotations
@@ -27,15 +27,9 @@ from splinebba_cli.core.network import FloatArray, IntArray
 GATE_SHARE = 0.012  # of the diagonal of what the chains cover: how far a hypothesis may be off in the picture
 COARSE_SAMPLES, ROUGH_SAMPLES, FINE_SAMPLES, REFINING_SAMPLES = 100, 250, 500, 2500
 REFINED_POINTS = 400
-KEPT, ROUGH, REFINED = (
-    1000,
-    100,
-    10,
-)  # hypotheses of a batch after the coarse, the fine score, rough refinement
-SHRINK, ROUGH_STEPS = (
-    0.75,
-    3,
-)  # of the gate of rough refinement from step to step; steps with the smallest one
+KEPT = 3000  # hypotheses of a batch after the coarse score, which are refined roughly, ...
+REFINED = 20  # ... and after that
+TURNED = 0.05  # rad, by which orientations differ that see nearly the same
 HOPELESS = 0.5  # of the best score: what is below after rough refinement is not refined
 PAIRS_IN_BATCH, BATCHES = 6, 10
 PROBES = 100  # places by which two orientations are told apart
@@ -43,6 +37,7 @@ LEAST_SCORE, SURE_SCORE = 0.25, 0.5
 LARGEST_RMS = (
     1.7  # sigma of a point, of an orientation that explains less than is sure; wrong ones leave 2 and more
 )
+SURE_RMS = 2.4  # likewise, of others: reversed before a distant object, they leave 2.7
 CLEAR_SCORE, CLEAR_MARGIN = 0.3, 0.7  # the search ends when the best stands out so
 CONFIRMED = 2  # after so many batches in a row
 EQUAL_MARGIN, GIVEN_UP = 0.9, 3  # and when a second one is as good after so many
@@ -57,7 +52,6 @@ class SearchResult:
 
     best: FittedOrientation | None
     second: float  # F of the best other one
-    hypotheses: int
     sigma: float  # of a measured point, mm
 
     @property
@@ -70,7 +64,8 @@ class SearchResult:
         """Whether the best one explains enough, and well."""
         if self.best is None or self.score < LEAST_SCORE:
             return False
-        return self.score > SURE_SCORE or self.best.rms_mm < LARGEST_RMS * self.sigma
+        most = SURE_RMS if self.score > SURE_SCORE else LARGEST_RMS
+        return self.best.rms_mm < most * self.sigma
 
     @property
     def stands_out(self) -> bool:
@@ -106,14 +101,13 @@ class ImageSearch:
         self._diagonal = float(np.linalg.norm(np.ptp(chains.xy, axis=0)))
         self.gate = max(GATE_SHARE * self._diagonal, 6.0 * chains.sigma)
         self._raster = ChainRaster(chains, ALONGSIDE * self.gate, tolerance)
-        self._gates = _shrinking(self.gate, max(self._raster.cell, SMALLEST_GATE * chains.sigma))
+        self._narrow = min(self.gate, max(self._raster.cell, SMALLEST_GATE * chains.sigma))
         self._coarse = CoarseScore(chains, known.samples(COARSE_SAMPLES), self._raster, self.gate)
-        self._close = CoarseScore(chains, known.samples(FINE_SAMPLES), self._raster, self._gates[-1])
+        self._close = CoarseScore(chains, known.samples(FINE_SAMPLES), self._raster, self._narrow)
         self._samples = known.samples(ROUGH_SAMPLES)
         self._probes = known.samples(PROBES)
         self._refiner = Refiner(chains, known.samples(REFINING_SAMPLES), tolerance, REFINED_POINTS)
         self._found: list[FittedOrientation] = []
-        self._hypotheses = 0
 
     def run(self) -> SearchResult:
         """Hypotheses from ends first, then from places anywhere, until one stands out."""
@@ -132,7 +126,7 @@ class ImageSearch:
         self._found.sort(key=lambda fitted: -fitted.score)
         best = self._found[0] if self._found else None
         others = [fitted.score for fitted in self._found[1:] if not self._same(fitted, self._found[0])]
-        return SearchResult(best, max(others, default=0.0), self._hypotheses, self.chains.sigma)
+        return SearchResult(best, max(others, default=0.0), self.chains.sigma)
 
     def _batches(self) -> Iterator[tuple[FloatArray, FloatArray]]:
         chains = self.chains
@@ -190,17 +184,16 @@ class ImageSearch:
 
     def _try(self, rotation: FloatArray, position: FloatArray) -> None:
         """Score orientations, refine the best and keep those."""
-        self._hypotheses += len(rotation)
         if not len(rotation):
             return
         rows = _largest(self._coarse(rotation, position), KEPT)
         rotation, position = roughly_refined(
-            self.chains, self._samples, self._raster, rotation[rows], position[rows], self._gates
+            self.chains, self._samples, self._raster, rotation[rows], position[rows], self.gate, self._narrow
         )
         score = self._close(rotation, position)
         order = _largest(score, KEPT)
         order = order[score[order] > 0.0]
-        gate = self._gates[-1]
+        gate = self._narrow
         for k in order[self._distinct(rotation[order], position[order], 0.5 * gate, REFINED)]:
             best = max((each.score for each in self._found), default=0.0)
             if score[k] <= HOPELESS * best:
@@ -211,13 +204,18 @@ class ImageSearch:
                 self._found.append(self._refiner.polish(fitted) if near else fitted)
 
     def _distinct(self, rotation: FloatArray, position: FloatArray, away: float, most: int) -> IntArray:
-        """The first orientations that see the probes at other places (mm) than those before, so many at most."""
+        """The first orientations that differ from those before, so many at most.
+
+        They see the probes at other places (mm), or are turned: before distant objects the reversed orientation sees
+        nearly the same.
+        """
         seen = see(self.chains, self._probes, rotation, position)
         left = np.ones(len(position), dtype=bool)
         chosen: list[int] = []
         while left.any() and len(chosen) < most:
             chosen.append(int(np.argmax(left)))
-            left &= apart(seen, chosen[-1]) > away
+            turn = np.linalg.norm(rotation - rotation[chosen[-1]], axis=(1, 2)) / np.sqrt(2.0)
+            left &= (apart(seen, chosen[-1]) > away) | (turn > TURNED)
         return np.array(chosen, dtype=np.int64)
 
     def _same(self, a: FittedOrientation, b: FittedOrientation) -> bool:
@@ -230,12 +228,6 @@ def _pairs_of_one_chain(at: ChainEnds) -> list[tuple[int, int]]:
     rows = np.argsort(at.chain, kind="stable")
     same = np.flatnonzero(np.diff(at.chain[rows]) == 0)
     return [(int(rows[k]), int(rows[k + 1])) for k in same]
-
-
-def _shrinking(gate: float, smallest: float) -> FloatArray:
-    """Gates of rough refinement."""
-    count = max(int(np.ceil(np.log(smallest / gate) / np.log(SHRINK))), 0) + ROUGH_STEPS
-    return np.asarray(np.maximum(gate * SHRINK ** np.arange(count), min(smallest, gate)))
 
 
 def _largest(values: FloatArray, count: int) -> IntArray:

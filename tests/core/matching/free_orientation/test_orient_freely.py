@@ -255,8 +255,7 @@ def test_rough_refinement_brings_many_near_and_gives_up_others(one: tuple[FreeSc
     moved = made.position[0] + g.normal(0.0, 0.004, (12, 3))
     moved[-1] *= -1.0
     raster = ChainRaster(chains, 0.3, 0.35)
-    gates = np.array([0.2, 0.15, 0.11, 0.08, 0.06, 0.06, 0.06])
-    rotation, position = roughly_refined(chains, known.samples(500), raster, turned, moved, gates)
+    rotation, position = roughly_refined(chains, known.samples(500), raster, turned, moved, 0.2, 0.06)
     assert np.isnan(rotation[-1]).all() and np.isnan(position[-1]).all()
     samples = known.samples(100)
     truth = see(chains, samples, made.rotation[:1], made.position[:1])
