@@ -270,6 +270,20 @@ def test_rough_refinement_brings_many_near_and_gives_up_others(one: tuple[FreeSc
     assert (away(found) < 0.2 * raster.cell).all()
 
 
+def test_curves_that_cross_chains_do_not_run_along_them(one: tuple[FreeScene, KnownCurves]) -> None:
+    made, known = one
+    chains = image_chains(made.network, 0)
+    assert chains is not None
+    raster, samples = ChainRaster(chains, 0.1, 0.35), known.samples(300)
+    back = made.rotation[0, :, 2]
+    turned = replace(samples, tangent=np.cross(back, samples.tangent))  # by a right angle in the picture
+    along, across = (
+        raster.beside(see(chains, each, made.rotation[:1], made.position[:1]), np.full(1, 0.05)).hit.mean()
+        for each in (samples, turned)
+    )
+    assert along > 0.9 and across < 0.1
+
+
 def test_orientations_are_told_apart_by_what_the_picture_shows(one: tuple[FreeScene, KnownCurves]) -> None:
     """Most places lie behind all of these cameras, and far beside the picture small turns grow large."""
     chains = image_chains(one[0].network, 0)
