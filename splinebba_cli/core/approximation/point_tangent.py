@@ -13,7 +13,7 @@ its ray and of the measured direction, whose normal is m_i = (p, q, r) in the fr
     h = p cos(theta) + q sin(theta),    g = q cos(theta) - p sin(theta)
 
 Both equations are linear in cos psi and sin psi; their elimination leaves a trigonometric polynomial of degree four in
-theta, hence at most eight solutions.  Its real roots inside (-w, w) are polished, with psi, by Newton steps on f.
+theta, hence at most eight solutions.  Its roots inside (-w, w) are polished, with psi, by Newton steps on f.
 
 References
 ----------
@@ -27,17 +27,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from splinebba_cli.core.curves.bernstein import basis_values, value_and_slope
+from splinebba_cli.core.curves.rising_roots import rising_roots
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 
 ALONG_CHORD = 1e-6  # sine between tangent and chord, below which the tangent says nothing
 SETTLED = 1e-9  # |f| of a solution, unit vectors
-NEARLY_REAL = 1e-3  # imaginary part of sigma, below which a root may be one of two real ones
+ROUNDING = 1e-15  # |f| that no step makes smaller
+TOUCHES = 1e-5  # of the polynomial: an extremum so near to 0 may be one root, or two
 VANISHES = 1e-13  # of the polynomial: its solutions are not isolated
 PARALLEL = 0.2  # sine of the angle of two equations in psi that count as nearly parallel
 NEWTON_STEPS = 7
-CHUNK = 1_000  # pairs that are solved together: arrays that stay in the cache
+CHUNK = 8_000  # pairs that are solved together: arrays that stay in the cache
 NODES = np.cos(np.pi * (np.arange(9) + 0.5) / 9.0)
-COEFFICIENTS_OF_VALUES = np.linalg.inv(NODES[:, None] ** np.arange(9)).T  # of ascending powers
+BERNSTEIN_OF_VALUES = np.linalg.inv(basis_values(8, 0.5 * (1.0 + NODES)))
 
 
 @dataclass(frozen=True)
@@ -178,26 +181,35 @@ def _eliminated(frame: ChordFrame, theta: FloatArray) -> FloatArray:
 
 
 def _roots(frame: ChordFrame) -> tuple[IntArray, FloatArray]:
-    """Pairs and values of theta, one row a root of F inside (-w, w); double roots twice, to half the digits.
+    """Pairs and values of theta, one row a root of F inside (-w, w); where F touches 0 one, or two next to each other.
 
     With s = tan(theta/2) = sigma tan(w/2), (1 + s^2)^4 F is a polynomial of degree eight in sigma, whose roots inside
-    (-1, 1) are wanted; it is interpolated and solved by the eigenvalues of its companion matrix.
+    (-1, 1) are wanted.  It is interpolated in Bernstein's form, whose roots are found where its sign changes; extrema
+    next to 0 are roots too, which rounding or noise may have parted.
     """
     s = np.tan(0.5 * frame.width)[:, None] * NODES
     value = (1.0 + s * s) ** 4 * _eliminated(frame, 2.0 * np.arctan(s))
-    coefficients = value @ COEFFICIENTS_OF_VALUES
-    size = np.abs(coefficients).max(axis=1)
-    lead = np.where(np.abs(coefficients[:, 8]) < 1e-14 * size, 1e-14 * size, coefficients[:, 8])
+    b = BERNSTEIN_OF_VALUES @ value.T
+    size = np.abs(b).max(axis=0)
     usable = np.flatnonzero(size > VANISHES)
-    companion = np.zeros((len(usable), 8, 8))
-    companion[:, np.arange(1, 8), np.arange(7)] = 1.0
-    companion[:, :, 7] = -coefficients[usable, :8] / lead[usable, None]
-    roots = np.linalg.eigvals(companion)
-    real = (np.abs(roots.imag) < NEARLY_REAL) & (np.abs(roots.real) < 1.0 + NEARLY_REAL)
-    row, column = np.nonzero(real)
-    pair = usable[row]
-    theta = 2.0 * np.arctan(roots.real[row, column] * np.tan(0.5 * frame.width[pair]))
+    b = b[:, usable]
+    column, t = _where_it_changes(b)
+    more = np.flatnonzero(
+        np.count_nonzero(np.diff(np.sign(b), axis=0), axis=0) > np.bincount(column, minlength=len(usable))
+    )
+    turning, extremum = _where_it_changes(np.diff(b[:, more], axis=0))
+    height, _ = value_and_slope(b[:, more[turning]], extremum)
+    touching = np.abs(height) < TOUCHES * size[usable[more[turning]]]
+    pair = usable[np.concatenate([column, more[turning[touching]]])]
+    sigma = 2.0 * np.concatenate([t, extremum[touching]]) - 1.0
+    theta = 2.0 * np.arctan(sigma * np.tan(0.5 * frame.width[pair]))
     return pair.astype(np.int64), theta
+
+
+def _where_it_changes(b: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Polynomials (d + 1, k) in Bernstein's form and their roots in (0, 1), one row a change of sign."""
+    roots = rising_roots(np.concatenate([b, -b], axis=1))
+    return roots.column % max(b.shape[1], 1), roots.t
 
 
 def _turns(frame: ChordFrame, theta: FloatArray) -> tuple[IntArray, FloatArray]:
@@ -238,17 +250,25 @@ def _polish(
     frame: ChordFrame, theta: FloatArray, psi: FloatArray
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Newton steps in theta and psi, and which of them settled."""
-    for _ in range(NEWTON_STEPS):
-        value, rate = tangent_equations(frame, theta, psi)
+    theta, psi = theta.copy(), psi.copy()
+    settled = np.zeros(len(theta), dtype=bool)
+    own, part = np.arange(len(theta)), frame
+    for step in range(NEWTON_STEPS + 1):
+        value, rate = tangent_equations(part, theta[own], psi[own])
+        size = np.abs(value).max(axis=1, initial=0.0)
+        settled[own] = size < SETTLED
+        going = np.flatnonzero(size > ROUNDING)
+        if step == NEWTON_STEPS or not len(going):
+            break
+        own, part, value, rate = own[going], part.rows(going), value[going], rate[going]
         determinant = rate[:, 0, 0] * rate[:, 1, 1] - rate[:, 0, 1] * rate[:, 1, 0]
         with np.errstate(invalid="ignore", divide="ignore"):
             dtheta = (value[:, 0] * rate[:, 1, 1] - value[:, 1] * rate[:, 0, 1]) / determinant
             dpsi = (value[:, 1] * rate[:, 0, 0] - value[:, 0] * rate[:, 1, 0]) / determinant
         good = np.isfinite(dtheta) & np.isfinite(dpsi)
-        theta = theta - np.where(good, np.clip(dtheta, -0.1, 0.1), 0.0)
-        psi = psi - np.where(good, np.clip(dpsi, -0.3, 0.3), 0.0)
-    settled = np.abs(tangent_equations(frame, theta, psi)[0]).max(axis=1, initial=0.0) < SETTLED
-    return theta, psi, np.asarray(settled)
+        theta[own] -= np.where(good, np.clip(dtheta, -0.1, 0.1), 0.0)
+        psi[own] -= np.where(good, np.clip(dpsi, -0.3, 0.3), 0.0)
+    return theta, psi, settled
 
 
 def _first_of_equals(pair: IntArray, theta: FloatArray, psi: FloatArray) -> BoolArray:

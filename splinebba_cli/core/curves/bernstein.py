@@ -49,6 +49,13 @@ def halves(b: FloatArray) -> tuple[FloatArray, FloatArray]:
     return left, right
 
 
+def basis_values(degree: int, t: FloatArray) -> FloatArray:
+    """C(d, k) t^k (1 - t)^(d - k), (q, d + 1) at t (q,)."""
+    k = np.arange(degree + 1)
+    binomial = np.array([comb(degree, each) for each in k], dtype=float)
+    return np.asarray(binomial * t[:, None] ** k * (1.0 - t[:, None]) ** (degree - k))
+
+
 def value_and_slope(b: FloatArray, t: FloatArray) -> tuple[FloatArray, FloatArray]:
     """p(t) and p'(t), by de Casteljau, (...) each.
 

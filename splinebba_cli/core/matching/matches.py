@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, Network
-from splinebba_cli.core.result import AdjustmentResult, Problem
+from splinebba_cli.core.result import Problem
 
 
 class Reason(IntEnum):
@@ -85,5 +85,4 @@ class MatchResult:
     history: tuple[GateStep, ...] = ()
     built: tuple[BuiltCurve, ...] = ()
     problems: tuple[Problem, ...] = ()
-    adjusted: AdjustmentResult | None = None  # of the labelled network, where one was made
     timings: dict[str, float] = field(default_factory=dict)

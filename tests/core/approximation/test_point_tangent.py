@@ -149,6 +149,22 @@ def test_tangents_in_one_plane_are_no_special_case(case: str) -> None:
     assert np.quantile(smallest_error(found, rotation, position), 0.95) < 1e-6
 
 
+def test_symmetric_pairs_whose_solution_is_a_double_root() -> None:
+    """Points, tangents and camera that are their own mirror images: F is even about the truth and only touches 0."""
+    rng = np.random.default_rng(16)
+    count = 60
+    a, y, z = rng.uniform(50.0, 200.0, count), *rng.normal(0.0, 30.0, (2, count))
+    points = np.stack([np.column_stack([sign * a, y, z]) for sign in (-1.0, 1.0)], axis=1)
+    one = rng.normal(size=(count, 3))
+    tangents = np.stack([one, one * [-1.0, 1.0, 1.0]], axis=1)
+    angles = np.column_stack([rng.uniform(-0.4, 0.4, count), np.zeros((count, 2))])
+    position = np.column_stack([np.zeros(count), rng.normal(0.0, 80.0, count), np.full(count, 500.0)])
+    rotation = rotation_object_from_photo(angles)
+    found = orient_from_point_tangents(*seen_by(rotation, position, points, tangents), points, tangents)
+    error = smallest_error(found, rotation, position)
+    assert np.quantile(error, 0.95) < 0.05  # a double root has half the digits
+
+
 def test_tangents_that_say_nothing_give_no_solution() -> None:
     """Along the chord, or along the ray: infinitely many orientations, none is returned."""
     rotation, position = random_cameras(2, 12)

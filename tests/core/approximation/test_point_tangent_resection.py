@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from splinebba_cli.core.adjustment import adjust
+from splinebba_cli.core.approximation.located_sights import LocatedSights
 from splinebba_cli.core.approximation.orientation import approximate_orientations
 from splinebba_cli.core.approximation.point_tangent_resection import PointsWithTangents, resect_with_tangents
 from splinebba_cli.core.approximation.resection import ResectionError
@@ -143,3 +144,13 @@ def test_two_tangents_an_image() -> None:
     for image in found.resolved:
         # tangents of a flat scene tell a tilt to 0.005 rad / slope only
         assert np.linalg.norm(found.position[image] - position[image]) < 150.0
+
+
+def test_excluded_points_are_no_sights() -> None:
+    network = with_tangents(1)[0]
+    observed = network.curve_observations
+    every = LocatedSights(network).image
+    out = np.zeros(len(observed), dtype=bool)
+    out[np.flatnonzero(np.isfinite(observed.location))[::2]] = True
+    kept = LocatedSights(replace(network, curve_observations=replace(observed, excluded=out))).image
+    assert len(every) > 20 and len(kept) == len(every) // 2

@@ -27,7 +27,7 @@ def whole_curve_feet(curves: CurveSet, feet: PieceFeet) -> tuple[PieceFeet, Bool
     kept = _joined_at_joints(curves, feet[joint])
     rows = np.concatenate([inner, joint[kept]])
     feet = feet[rows]
-    curve = np.searchsorted(curves.segment_start, feet.segment, side="right") - 1
+    curve = curves.owner[feet.segment]
     place = feet.segment + feet.t
     ends = ~curves.closed[curve] & (
         (place <= curves.segment_start[curve]) | (place >= curves.segment_start[curve + 1])
@@ -42,7 +42,7 @@ def _joined_at_joints(curves: CurveSet, feet: PieceFeet) -> IntArray:
     """Rows that stay of those beside joints of pieces."""
     if not len(feet.point):
         return np.zeros(0, dtype=np.int64)
-    curve = np.searchsorted(curves.segment_start, feet.segment, side="right") - 1
+    curve = curves.owner[feet.segment]
     begin, end = curves.segment_start[curve], curves.segment_start[curve + 1]
     place = feet.segment + feet.t
     place = np.where(curves.closed[curve] & (place > end - JOINT), begin + (place - end), place)

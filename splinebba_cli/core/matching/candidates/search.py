@@ -142,7 +142,7 @@ def _sorted(scene: Scene, feet: PieceFeet, corner: BoolArray) -> Candidates:
     order = np.lexsort((np.sum(feet.offset**2, axis=0), feet.point))
     feet, corner = feet[order], corner[order]
     curves = scene.curves
-    curve = np.searchsorted(curves.segment_start, feet.segment, side="right") - 1
+    curve = curves.owner[feet.segment]
     speed = np.sqrt(np.sum(feet.rate**2, axis=0))
     with np.errstate(all="ignore"):
         tangent = feet.rate / speed

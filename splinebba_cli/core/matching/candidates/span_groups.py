@@ -29,7 +29,7 @@ class SpanGroups:
     @classmethod
     def of(cls, spans: CubicSpans, curves: CurveSet) -> SpanGroups:
         """Groups of spans that follow each other; of curves that are single points there are none."""
-        curve = np.repeat(np.arange(len(curves.bases)), np.diff(curves.segment_start))[spans.segment]
+        curve = curves.owner[spans.segment]
         if not len(curve):
             none = np.zeros(0, dtype=np.int64)
             return cls(none, none, np.zeros((3, 0)), np.zeros(0))

@@ -21,6 +21,7 @@ from splinebba_cli.core.network import FloatArray, IntArray
 WIDEST_RAD = 0.5  # steps that span more of the pencil of planes pass by the epipole
 BLOCK = 2_000_000  # crossings that are looked at in one go
 MOST_BELTS = 2000  # over half a turn
+LAST = 1.0 - 1e-9  # of a step: its end is a place of this step, not of the next piece
 ROUNDING = 1e-9  # rad, of angles from the base
 
 
@@ -30,7 +31,7 @@ class Crossings:
 
     point: IntArray  # (k,) of the chains
     first: IntArray  # (k,) point of the chains at which the crossed step begins
-    fraction: FloatArray  # (k,) of the step, 0 to 1
+    fraction: FloatArray  # (k,) of the step, 0 up to but not 1
     depth: FloatArray  # (k,) m/mm along the ray of the point
 
     @classmethod
@@ -185,7 +186,7 @@ def _crossed(
     plane = np.cross(base, ray)
     one, two = np.sum(plane * begin, axis=1), np.sum(plane * end, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        fraction = np.clip(np.nan_to_num(one / (one - two), nan=0.5), 0.0, 1.0)
+        fraction = np.clip(np.nan_to_num(one / (one - two), nan=0.5), 0.0, LAST)
         other = begin + fraction[:, None] * (end - begin)
         across = np.cross(ray, other)
         square = np.sum(across**2, axis=1)

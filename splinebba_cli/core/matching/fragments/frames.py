@@ -1,4 +1,4 @@
-"""What every image shows: the rectangle of its format, or of its measurements where the format is unknown."""
+"""What every image shows of the chains: the rectangle of its measurements, a little larger."""
 
 from __future__ import annotations
 

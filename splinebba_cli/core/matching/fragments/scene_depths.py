@@ -14,6 +14,7 @@ from splinebba_cli.core.matching.fragments.frames import Frames
 from splinebba_cli.core.matching.fragments.traced_chains import TracedChains
 from splinebba_cli.core.matching.fragments.views import Views
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, Network
+from splinebba_cli.core.state import initial_coefficients, prepare
 
 KNOWN = 8  # object points in an image that tell its depths
 MARGIN = 0.03  # of the depth, at least, on either side of known points
@@ -41,13 +42,10 @@ def plausible_depths(
     """
     limits = np.full((len(views.position), 2), np.nan)
     known = np.zeros(len(views.position), dtype=bool)
-    curves = [
-        curve.values for curve in network.curves if curve.family not in ("fourier", "conic", "polynomial")
-    ]
-    knots = np.vstack([np.zeros((0, 3)), *curves])
+    places = _places_of_curves(network)
     seen = network.point_observations
     for k in np.unique(chains.image):
-        own = knots[frames.shows(views, np.full(len(knots), k), knots)]
+        own = places[frames.shows(views, np.full(len(places), k), places)]
         xyz = np.vstack([object_xyz[np.unique(seen.point[seen.image == k])], own])
         depth = -(xyz - views.position[k]) @ views.rotation[k][:, 2] / views.principal_distance[k]
         depth = depth[np.isfinite(depth) & (depth > 0.0)]
@@ -59,6 +57,15 @@ def plausible_depths(
         else:
             limits[k] = _common_depths(views, chains, frames, int(k))
     return SceneDepths(limits, np.sqrt(limits[:, 0] * limits[:, 1]), known)
+
+
+def _places_of_curves(network: Network) -> FloatArray:
+    """Beginnings and middles of all segments of the curves, (k, 3) metres; NaN where the shape is not known."""
+    prepared = prepare(network)
+    curves = prepared.curves
+    owner, u = np.tile(curves.owner, 2), np.concatenate([curves.left, curves.left + 0.5 * curves.length])
+    own = curves.has_location[owner]
+    return curves.evaluate(initial_coefficients(prepared), owner[own], u[own])[0]
 
 
 def _common_depths(views: Views, chains: TracedChains, frames: Frames, image: int) -> FloatArray:

@@ -20,7 +20,9 @@ class ImageChains:
     """Unlabelled points of one image, corrected photo frame (mm)."""
 
     principal_distance: float
-    format_mm: FloatArray  # (2, 2) lower and upper corner of what the picture shows, corrected frame
+    format_mm: (
+        FloatArray  # (2, 2) lower and upper corner of what the picture shows, corrected frame: all chains too
+    )
     sigma: float  # of a point, mm
     xy: FloatArray  # (n, 2)
     direction: FloatArray  # (n, 2) unit, up to sense; NaN where unknown
@@ -43,7 +45,7 @@ class ChainEnds:
 
 
 def image_chains(network: Network, image: int) -> ImageChains | None:
-    """The chains of an image; None where it has none of at least three points."""
+    """The chains of an image; None where it has none of at least three points that lead somewhere."""
     points = network.unlabelled
     mine = (points.image == image) & (points.chain >= 0)
     if points.excluded is not None:
@@ -51,7 +53,8 @@ def image_chains(network: Network, image: int) -> ImageChains | None:
     rows = np.flatnonzero(mine)
     rows = rows[np.argsort(points.chain[rows], kind="stable")]
     rays = image_rays(network, points.image[rows], points.photo_xy[rows], points.sigma[rows])
-    groups = [part for part in np.split(np.arange(len(rows)), _changes(points.chain[rows])) if len(part) >= 3]
+    parts_of = np.split(np.arange(len(rows)), _changes(points.chain[rows]))
+    groups = [part for part in parts_of if len(part) >= 3 and np.ptp(rays.xy[part], axis=0).any()]
     if not groups:
         return None
     sigma = float(np.sqrt(np.mean(points.sigma[rows] ** 2)))
@@ -60,6 +63,7 @@ def image_chains(network: Network, image: int) -> ImageChains | None:
     parts = [_directions(rays.xy[group], sigma) for group in groups]
     ends = [_ends(rays.xy[group], sigma) for group in groups]
     kept = np.concatenate(groups)
+    xy = rays.xy[kept]
     numbers = points.chain[rows[[group[0] for group in groups]]]
     at = np.array([end[0] for pair in ends for end in pair])
     into = np.array([end[1] for pair in ends for end in pair])
@@ -70,9 +74,9 @@ def image_chains(network: Network, image: int) -> ImageChains | None:
     inside &= np.isfinite(into).all(axis=1)
     return ImageChains(
         principal_distance=camera.principal_distance_mm,
-        format_mm=corners,
+        format_mm=np.stack([np.minimum(corners[0], xy.min(axis=0)), np.maximum(corners[1], xy.max(axis=0))]),
         sigma=sigma,
-        xy=rays.xy[kept],
+        xy=xy,
         direction=np.concatenate([part[0] for part in parts]),
         length=np.concatenate([part[1] for part in parts]),
         chain=points.chain[rows[kept]],

@@ -43,7 +43,7 @@ class KnownCurves:
         self._curves = prepared.curves
         self._coefficients = initial_coefficients(prepared)
         self.used = np.flatnonzero(shape_is_given(prepared.network) & prepared.curves.has_location)
-        owner = np.repeat(np.arange(len(self._curves.bases)), np.diff(self._curves.segment_start))
+        owner = self._curves.owner
         self._segment = np.flatnonzero(np.isin(owner, self.used))
         self._owner = owner[self._segment]
         self._length = self._lengths()

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from splinebba_cli.core.camera.rotation import rotation_from_vector
 from splinebba_cli.core.matching.free_orientation.chains import ImageChains
 from splinebba_cli.core.matching.free_orientation.places import CurveSamples
-from splinebba_cli.core.matching.free_orientation.score import see
+from splinebba_cli.core.matching.free_orientation.seen import across_design, see
 from splinebba_cli.core.network import FloatArray, IntArray
 
 SHRINK = 0.75  # of the gate from step to step
@@ -69,15 +69,11 @@ class Refiner:
         """From a rough orientation (3, 3), (3,) with a gate in mm; None where it leads nowhere."""
         smallest = SMALLEST_GATE * self.chains.sigma
         count = max(int(np.ceil(np.log(smallest / gate) / np.log(SHRINK))), 0) + LAST_STEPS
-        rms = gate
         for _ in range(count):
-            matched = self._match(rotation, position, gate, self._few)
-            if matched is None:
+            moved = self._moved(rotation, position, gate, self._few)
+            if moved is None:
                 return None
-            step, rms = self._step(matched, gate)
-            rotation, position = rotation @ rotation_from_vector(step[:3]), position + step[3:]
-            if not np.isfinite(rotation).all() or not np.isfinite(position).all():
-                return None
+            rotation, position, _, rms = moved
             gate = max(SHRINK * gate, smallest, min(gate, SMALLEST_GATE * rms))
         return self._judged(rotation, position)
 
@@ -86,11 +82,10 @@ class Refiner:
         rotation, position = fitted.rotation, fitted.position
         gate = SMALLEST_GATE * max(self.chains.sigma, min(fitted.rms_mm, POLISH_RMS * self.chains.sigma))
         for _ in range(POLISHING_STEPS):
-            matched = self._match(rotation, position, gate, self._all)
-            if matched is None:
+            moved = self._moved(rotation, position, gate, self._all)
+            if moved is None:
                 return fitted
-            step, _ = self._step(matched, gate)
-            rotation, position = rotation @ rotation_from_vector(step[:3]), position + step[3:]
+            rotation, position, step, _ = moved
             if (np.abs(step) < SETTLED * fitted.sigma).all():
                 break
         return self._judged(rotation, position) or fitted
@@ -127,29 +122,27 @@ class Refiner:
         chosen = near[row, first]
         normal = across[row, first]
         sample = shown[chosen]
-        design = self._design(rotation, position, samples.xyz[sample], normal)
+        p = (samples.xyz[sample] - position) @ rotation
+        design = across_design(chains.principal_distance, p, normal, rotation)
         return _Matched(points[row], sample, normal, distance[row, first], design)
 
-    def _design(
-        self, rotation: FloatArray, position: FloatArray, xyz: FloatArray, normal: FloatArray
-    ) -> FloatArray:
-        """Derivatives of normal . xy with respect to theta and X0, (k, 6)."""
-        c = self.chains.principal_distance
-        p = (xyz - position) @ rotation
-        depth = -p[:, 2]
-        xy = c * p[:, :2] / depth[:, None]
-        rate = np.column_stack([c * normal, np.sum(xy * normal, axis=1)]) / depth[:, None]  # d / dp
-        return np.hstack([np.cross(rate, p), -rate @ rotation.T])
+    def _moved(
+        self, rotation: FloatArray, position: FloatArray, gate: float, points: IntArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray, float] | None:
+        """An orientation after one Gauss-Newton step, distances weighted down towards the gate (Tukey).
 
-    def _step(self, matched: _Matched, gate: float) -> tuple[FloatArray, float]:
-        """One Gauss-Newton step, distances weighted down towards the gate (Tukey); rms of the distances."""
+        With the step of theta and X0 and the spread of the distances; None where few points are matched.
+        """
+        matched = self._match(rotation, position, gate, points)
+        if matched is None:
+            return None
         weight = (1.0 - (matched.distance / gate) ** 2) ** 2
         scale = np.linalg.norm(matched.design, axis=0)
         scale = np.where(scale > 0.0, scale, 1.0)
         design = matched.design / scale * np.sqrt(weight)[:, None]
         step = np.linalg.lstsq(design, -np.sqrt(weight) * matched.distance, rcond=1e-6)[0] / scale
         spread = 1.4826 * float(np.median(np.abs(matched.distance)))
-        return np.asarray(step), spread
+        return rotation @ rotation_from_vector(step[:3]), position + step[3:], step, spread
 
     def _judged(self, rotation: FloatArray, position: FloatArray) -> FittedOrientation | None:
         gate = JUDGING_GATE * self.chains.sigma

@@ -2,8 +2,8 @@
 
 Ends of chains are taken for ends of curves, two at a time and with their tangents (P2PT); where chains do not end as
 curves do, points of chains are taken for places anywhere along the curves.  Every pair of image places is tried with
-all pairs of curve places; the best by the coarse score are refined, and the best of these by the exact one is the
-answer if it explains enough and no other comes near to it.
+all pairs of curve places.  Thousands of the best by the coarse score are refined roughly, all at once; the best of
+these exactly, one by one; the best by the exact score is the answer if it explains enough and no other comes near.
 """
 
 from __future__ import annotations
@@ -14,23 +14,30 @@ from dataclasses import dataclass
 import numpy as np
 
 from splinebba_cli.core.approximation.point_tangent import orient_from_point_tangents
+from splinebba_cli.core.matching.free_orientation.chain_raster import ALONGSIDE, ChainRaster
 from splinebba_cli.core.matching.free_orientation.chains import ChainEnds, ImageChains
 from splinebba_cli.core.matching.free_orientation.places import KnownCurves, Places
 from splinebba_cli.core.matching.free_orientation.prior import PriorFilter
-from splinebba_cli.core.matching.free_orientation.refinement import FittedOrientation, Refiner
-from splinebba_cli.core.matching.free_orientation.score import CoarseScore, see
+from splinebba_cli.core.matching.free_orientation.refinement import SMALLEST_GATE, FittedOrientation, Refiner
+from splinebba_cli.core.matching.free_orientation.rough_refinement import roughly_refined
+from splinebba_cli.core.matching.free_orientation.score import CoarseScore
+from splinebba_cli.core.matching.free_orientation.seen import apart, see
 from splinebba_cli.core.network import FloatArray, IntArray
 
 GATE_SHARE = 0.012  # of the diagonal of what the chains cover: how far a hypothesis may be off in the picture
-COARSE_SAMPLES, FINE_SAMPLES, REFINING_SAMPLES = 100, 500, 2500
+COARSE_SAMPLES, ROUGH_SAMPLES, FINE_SAMPLES, REFINING_SAMPLES = 100, 250, 500, 2500
 REFINED_POINTS = 400
-KEPT, REFINED = 1000, 40  # hypotheses of a batch after the coarse and the fine score
+KEPT = 3000  # hypotheses of a batch after the coarse score, which are refined roughly, ...
+REFINED = 20  # ... and after that
+TURNED = 0.05  # rad, by which orientations differ that see nearly the same
+HOPELESS = 0.5  # of the best score: what is below after rough refinement is not refined
 PAIRS_IN_BATCH, BATCHES = 6, 10
-PROBES = 12  # places by which two orientations are told apart
+PROBES = 100  # places by which two orientations are told apart
 LEAST_SCORE, SURE_SCORE = 0.25, 0.5
 LARGEST_RMS = (
     1.7  # sigma of a point, of an orientation that explains less than is sure; wrong ones leave 2 and more
 )
+SURE_RMS = 2.4  # likewise, of others: reversed before a distant object, they leave 2.7
 CLEAR_SCORE, CLEAR_MARGIN = 0.3, 0.7  # the search ends when the best stands out so
 CONFIRMED = 2  # after so many batches in a row
 EQUAL_MARGIN, GIVEN_UP = 0.9, 3  # and when a second one is as good after so many
@@ -45,7 +52,6 @@ class SearchResult:
 
     best: FittedOrientation | None
     second: float  # F of the best other one
-    hypotheses: int
     sigma: float  # of a measured point, mm
 
     @property
@@ -58,7 +64,8 @@ class SearchResult:
         """Whether the best one explains enough, and well."""
         if self.best is None or self.score < LEAST_SCORE:
             return False
-        return self.score > SURE_SCORE or self.best.rms_mm < LARGEST_RMS * self.sigma
+        most = SURE_RMS if self.score > SURE_SCORE else LARGEST_RMS
+        return self.best.rms_mm < most * self.sigma
 
     @property
     def stands_out(self) -> bool:
@@ -93,14 +100,14 @@ class ImageSearch:
         self._rng = np.random.default_rng(seed)
         self._diagonal = float(np.linalg.norm(np.ptp(chains.xy, axis=0)))
         self.gate = max(GATE_SHARE * self._diagonal, 6.0 * chains.sigma)
-        self._coarse, self._fine = (
-            CoarseScore(chains, known.samples(count), self.gate, tolerance)
-            for count in (COARSE_SAMPLES, FINE_SAMPLES)
-        )
+        self._raster = ChainRaster(chains, ALONGSIDE * self.gate, tolerance)
+        self._narrow = min(self.gate, max(self._raster.cell, SMALLEST_GATE * chains.sigma))
+        self._coarse = CoarseScore(chains, known.samples(COARSE_SAMPLES), self._raster, self.gate)
+        self._close = CoarseScore(chains, known.samples(FINE_SAMPLES), self._raster, self._narrow)
+        self._samples = known.samples(ROUGH_SAMPLES)
         self._probes = known.samples(PROBES)
         self._refiner = Refiner(chains, known.samples(REFINING_SAMPLES), tolerance, REFINED_POINTS)
         self._found: list[FittedOrientation] = []
-        self._hypotheses = 0
 
     def run(self) -> SearchResult:
         """Hypotheses from ends first, then from places anywhere, until one stands out."""
@@ -119,7 +126,7 @@ class ImageSearch:
         self._found.sort(key=lambda fitted: -fitted.score)
         best = self._found[0] if self._found else None
         others = [fitted.score for fitted in self._found[1:] if not self._same(fitted, self._found[0])]
-        return SearchResult(best, max(others, default=0.0), self._hypotheses, self.chains.sigma)
+        return SearchResult(best, max(others, default=0.0), self.chains.sigma)
 
     def _batches(self) -> Iterator[tuple[FloatArray, FloatArray]]:
         chains = self.chains
@@ -127,7 +134,6 @@ class ImageSearch:
         yield self._orientations(chains.ends, self._ends, _pairs_of_one_chain(chains.ends), directed=True)
         for _ in range(BATCHES):
             yield self._orientations(chains.ends, self._ends, self._image_pairs(chains.ends), directed=True)
-        for _ in range(BATCHES):
             anywhere = self.known.samples(PLACES, self._rng.random())
             places = Places(anywhere.xyz, anywhere.tangent, anywhere.curve)
             yield self._orientations(points, places, self._image_pairs(points), directed=False)
@@ -148,23 +154,20 @@ class ImageSearch:
         apart = np.linalg.norm(places.xyz[first] - places.xyz[second], axis=1)
         distinct = apart > 1e-3 * apart.max(initial=0.0)
         first, second = first[distinct], second[distinct]
-        found: list[tuple[FloatArray, FloatArray]] = []
-        for a, b in pairs:
-            of_one = (places.curve[first] == places.curve[second]) | (at.chain[a] != at.chain[b])
-            i, j = first[of_one], second[of_one]
-            shape = (len(i), 2)
-            solved = orient_from_point_tangents(
-                np.broadcast_to(rays[[a, b]], (*shape, 3)), np.broadcast_to(at.direction[[a, b]], (*shape, 2)),
-                np.stack([places.xyz[i], places.xyz[j]], axis=1),
-                np.stack([places.tangent[i], places.tangent[j]], axis=1),
-            )  # fmt: skip
-            good = self.prior(solved.rotation, solved.position)
-            if directed:
-                good &= solved.same_sense.all(axis=1)
-            found.append((solved.rotation[good], solved.position[good]))
-        if not found:
-            return np.zeros((0, 3, 3)), np.zeros((0, 3))
-        return np.concatenate([each[0] for each in found]), np.concatenate([each[1] for each in found])
+        image = [np.zeros((0, 2), dtype=np.int64)]
+        object_ = [np.zeros((0, 2), dtype=np.int64)]
+        for pair in pairs:
+            of_one = (places.curve[first] == places.curve[second]) | (at.chain[pair[0]] != at.chain[pair[1]])
+            object_.append(np.column_stack([first[of_one], second[of_one]]))
+            image.append(np.broadcast_to(np.array(pair), object_[-1].shape))
+        seen, shown = np.concatenate(image), np.concatenate(object_)
+        solved = orient_from_point_tangents(
+            rays[seen], at.direction[seen], places.xyz[shown], places.tangent[shown]
+        )
+        good = self.prior(solved.rotation, solved.position)
+        if directed:
+            good &= solved.same_sense.all(axis=1)
+        return solved.rotation[good], solved.position[good]
 
     def _image_pairs(self, at: ChainEnds) -> list[tuple[int, int]]:
         """Random pairs of image places that lie apart."""
@@ -181,39 +184,43 @@ class ImageSearch:
 
     def _try(self, rotation: FloatArray, position: FloatArray) -> None:
         """Score orientations, refine the best and keep those."""
-        self._hypotheses += len(rotation)
         if not len(rotation):
             return
         rows = _largest(self._coarse(rotation, position), KEPT)
-        rotation, position = rotation[rows], position[rows]
-        order = _largest(self._fine(rotation, position), KEPT)
-        for k in self._distinct(rotation[order], position[order]):
-            fitted = self._refiner.refine(rotation[order[k]], position[order[k]], self.gate)
+        rotation, position = roughly_refined(
+            self.chains, self._samples, self._raster, rotation[rows], position[rows], self.gate, self._narrow
+        )
+        score = self._close(rotation, position)
+        order = _largest(score, KEPT)
+        order = order[score[order] > 0.0]
+        gate = self._narrow
+        for k in order[self._distinct(rotation[order], position[order], 0.5 * gate, REFINED)]:
+            best = max((each.score for each in self._found), default=0.0)
+            if score[k] <= HOPELESS * best:
+                break
+            fitted = self._refiner.refine(rotation[k], position[k], gate)
             if fitted is not None and self.prior(fitted.rotation[None], fitted.position[None])[0]:
-                best = max((each.score for each in self._found), default=0.0)
                 near = fitted.score > max(MARGIN * best, LEAST_SCORE)
                 self._found.append(self._refiner.polish(fitted) if near else fitted)
 
-    def _distinct(self, rotation: FloatArray, position: FloatArray) -> list[int]:
-        """The first orientations that see the probes at other places than those before, at most REFINED."""
-        seen = self._probed(rotation, position)
+    def _distinct(self, rotation: FloatArray, position: FloatArray, away: float, most: int) -> IntArray:
+        """The first orientations that differ from those before, so many at most.
+
+        They see the probes at other places (mm), or are turned: before distant objects the reversed orientation sees
+        nearly the same.
+        """
+        seen = see(self.chains, self._probes, rotation, position)
+        left = np.ones(len(position), dtype=bool)
         chosen: list[int] = []
-        for k in range(len(seen)):
-            away = [np.median(np.linalg.norm(seen[k] - seen[other], axis=1)) for other in chosen]
-            if min(away, default=np.inf) > 0.5 * self.gate:
-                chosen.append(k)
-            if len(chosen) == REFINED:
-                break
-        return chosen
+        while left.any() and len(chosen) < most:
+            chosen.append(int(np.argmax(left)))
+            turn = np.linalg.norm(rotation - rotation[chosen[-1]], axis=(1, 2)) / np.sqrt(2.0)
+            left &= (apart(seen, chosen[-1]) > away) | (turn > TURNED)
+        return np.array(chosen, dtype=np.int64)
 
     def _same(self, a: FittedOrientation, b: FittedOrientation) -> bool:
-        seen = self._probed(np.stack([a.rotation, b.rotation]), np.stack([a.position, b.position]))
-        return bool(np.median(np.linalg.norm(seen[0] - seen[1], axis=1)) < 0.5 * self.gate)
-
-    def _probed(self, rotation: FloatArray, position: FloatArray) -> FloatArray:
-        """Where the probes are seen, (s, q, 2) mm; far away where they are behind the camera."""
-        seen = see(self.chains, self._probes, rotation, position)
-        return np.nan_to_num(np.stack([seen.x, seen.y], axis=2), nan=1e9)
+        rotation, position = np.stack([a.rotation, b.rotation]), np.stack([a.position, b.position])
+        return bool(apart(see(self.chains, self._probes, rotation, position), 0)[1] < 0.5 * self.gate)
 
 
 def _pairs_of_one_chain(at: ChainEnds) -> list[tuple[int, int]]:

@@ -8,10 +8,19 @@ import numpy as np
 import pytest
 
 from splinebba_cli.core.camera.collinearity import project
+from splinebba_cli.core.matching.candidates.curve_feet import _seen
+from splinebba_cli.core.matching.candidates.piece_feet import PieceFeet
 from splinebba_cli.core.matching.candidates.search import Candidates, find_candidates
 from splinebba_cli.core.matching.scene import Scene
 from splinebba_cli.core.network import FloatArray
-from tests.core.matching.scenes import DISTANCE, many_curves, minima_by_sampling, scene_of, tilted_images
+from tests.core.matching.scenes import (
+    DISTANCE,
+    curve,
+    many_curves,
+    minima_by_sampling,
+    scene_of,
+    tilted_images,
+)
 
 SAMPLES = 1500  # of a segment
 
@@ -78,6 +87,35 @@ def test_what_a_candidate_says() -> None:
     bound = np.stack([scene.curves.first[found.curve], scene.curves.last[found.curve]])
     ends = np.abs(found.location - bound).min(axis=0) < 1e-9
     assert ends[found.at_end].all() and not scene.curves.closed[found.curve[found.at_end]].any()
+
+
+def test_a_foot_at_a_joint_of_a_smooth_curve_is_no_corner() -> None:
+    """Beside knots of a straight spline all numbers are exact: the root is at the ends of both segments, in neither."""
+    knots = [[0.0, 0.0, 0.0], [8.0, 0.0, 0.0], [16.0, 0.0, 0.0], [24.0, 0.0, 0.0]]
+    xy = np.array([[8.0, 3.0], [16.0, -2.0], [8.0, 0.0], [-4.0, 3.0]])
+    image, above = np.zeros(4, dtype=np.int64), np.array([[0.0, 0.0, DISTANCE]])
+    scene = scene_of([curve("natural_cubic", knots)], image, xy, np.eye(3)[None], above)
+    found = find_candidates(scene, np.full(4, 6.0))
+    assert found.point.tolist() == [0, 1, 2, 3]
+    assert not found.at_corner.any()
+    assert found.at_end.tolist() == [False, False, False, True]
+
+
+def test_derivatives_of_places_in_the_photo() -> None:
+    """Rates and second derivatives with which feet are moved onto curves that are no cubics."""
+    scene, radius = scene_with_points(5, 200, 0.5)
+    found = find_candidates(scene, radius)
+    rows = np.arange(len(found))
+    feet = PieceFeet(
+        found.point, found.segment, np.full(len(rows), 0.4),
+        rows, rows > 0, np.zeros((2, len(rows))), np.zeros((2, len(rows))), np.zeros(len(rows)),
+    )  # fmt: skip
+    h = 1e-5
+    before, at, after = (_seen(scene, feet, feet.t + k * h) for k in (-1.0, 0.0, 1.0))
+    for order in (0, 1):
+        slope = (after[order] - before[order]) / (2.0 * h)
+        near = np.abs(at[0]).max(axis=0) < 200.0
+        np.testing.assert_allclose(at[order + 1][:, near], slope[:, near], rtol=1e-4, atol=1e-4)
 
 
 def _projected(scene: Scene, found: Candidates, u: FloatArray) -> FloatArray:

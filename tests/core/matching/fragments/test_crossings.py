@@ -65,6 +65,20 @@ def test_crossing_of_the_same_edge_is_where_the_edge_is() -> None:
     assert np.linalg.norm(offset - (offset @ along)[:, None] * along, axis=1).max() < 1e-9
 
 
+def test_the_end_of_a_piece_is_a_place_of_its_last_step() -> None:
+    """A plane exactly through the end: the step of its place must not lead on to the next piece."""
+    ray = np.array([[0.0, 0.0, -1.0], [0.0, -0.1, -1.0], [-0.5, 0.0, -1.0], [0.3, 0.4, -1.0]])
+    zero = np.zeros(4)
+    chains = TracedChains(
+        row=np.arange(4), image=np.array([0, 1, 1, 1]), piece=np.array([0, 1, 1, 2]), start=np.array([0, 1, 3, 4]),
+        xy=ray[:, :2], arc=zero, tangent=np.tile([1.0, 0.0], (4, 1)), tangent_sigma=zero, sigma=zero, ray=ray,
+    )  # fmt: skip
+    views = Views(np.tile(np.eye(3), (2, 1, 1)), np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), np.ones(2))
+    found = epipolar_crossings(views, chains, np.array([0]), np.array([1]), np.array([1.0, 5.0]))
+    assert found.depth == pytest.approx([2.0])
+    assert (found.first + found.fraction).astype(int).tolist() == [1]
+
+
 def test_slope_of_depth_is_that_of_the_edge() -> None:
     views, chains = prepared([straight((-100.0, -60.0, 5.0), (2.0, 1.0, 0.3))])
     points, segments = np.flatnonzero(chains.image == 0), chains.segment[chains.image[chains.segment] == 3]

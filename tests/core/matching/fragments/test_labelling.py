@@ -69,3 +69,11 @@ def test_no_sequence_is_worth_more(seed: int) -> None:
         assert not joined[first]
     assert (depths.point[state[state >= 0]] == points[state >= 0]).all()
     assert not joined[state < 0].any()
+
+
+def test_a_curve_that_bends_evenly_does_not_jump() -> None:
+    """Depth 1 + s^2 from s = 0 to 1: the slopes 0 and 2 explain it by their mean."""
+    assert depth_jump(*map(np.float64, (1.0, 0.1, 0.0, 0.2, 2.0, 0.1, 2.0, 0.2)), 1.0) == 0.0
+    sigma = np.sqrt(2.0 * 0.1**2 + 2.0 * 0.5**2 * 0.2**2)
+    jump = depth_jump(*map(np.float64, (1.0, 0.1, 0.0, 0.2, 2.5, 0.1, 2.0, 0.2)), 1.0)
+    assert jump == pytest.approx(0.5 / sigma)

@@ -100,7 +100,17 @@ def test_chains_of_different_images_do_not_compete() -> None:
     assert len(one_chain_an_image(chains, links)) == 2 * LENGTH
 
 
-def linked(*chains: tuple[FloatArray, FloatArray]) -> set[int]:
+def test_a_chain_cut_in_two_keeps_both_parts() -> None:
+    """They overlap by one place; the worse part loses none."""
+    place = np.arange(LENGTH, dtype=float)
+    links = Links(
+        np.zeros(2 * LENGTH, dtype=np.int64), np.arange(2 * LENGTH), np.concatenate([place, place + LENGTH - 2.0]),
+        np.repeat([0.2, 3.0], LENGTH),
+    )  # fmt: skip
+    assert len(one_chain_an_image(chains_of([0, 0]), links)) == 2 * LENGTH
+
+
+def linked(*chains: tuple[FloatArray, FloatArray], variance_m2: float = 1e-6) -> set[int]:
     """Numbers of the chains, points (10, 2) mm and tangent (2,), that a fragment along the x axis gets.
 
     One vertical image, c = 100 mm, 1 000 m high; sigma 3 micrometres.
@@ -115,7 +125,7 @@ def linked(*chains: tuple[FloatArray, FloatArray]) -> set[int]:
     )  # fmt: skip
     views = Views(np.eye(3)[None], np.array([[0.0, 0.0, 1000.0]]), np.array([100.0]))
     xyz = np.column_stack([np.linspace(-10.0, 10.0, 41), np.zeros(41), np.zeros(41)])
-    dispersion = np.tile(1e-6 * np.eye(3), (41, 1, 1))
+    dispersion = np.tile(variance_m2 * np.eye(3), (41, 1, 1))
     found = links_of(views, traced, np.array([0, 41]), xyz, dispersion, 3.3, 0.35)
     place = (traced.xy[found.point, 0] + 1.0) * 20.0
     assert found.place == pytest.approx(place, abs=1e-9)
@@ -132,6 +142,13 @@ def chain_at(y_mm: float, step_mm: float = 0.06) -> FloatArray:
 @pytest.mark.parametrize(("y_mm", "near"), [(0.009, True), (0.011, False)])
 def test_points_within_the_gate_are_linked(y_mm: float, near: bool) -> None:
     assert linked((chain_at(y_mm), ALONG)) == ({0} if near else set())
+
+
+@pytest.mark.parametrize(("y_mm", "near"), [(0.030, True), (0.035, False)])
+def test_an_uncertain_fragment_widens_the_gate_to_a_limit(y_mm: float, near: bool) -> None:
+    """A metre is 0.1 mm, 33 sigma; it counts as three, so that the gate is 3.3 sqrt(10) sigma, 0.031 mm."""
+    xy = chain_at(y_mm) * np.array([1.0, -1.0]) ** np.arange(LENGTH)[:, None]  # on both sides
+    assert linked((xy, ALONG), variance_m2=1.0) == ({0} if near else set())
 
 
 @pytest.mark.parametrize(("turn", "same"), [(0.4, True), (0.5, False), (np.pi - 0.4, True)])

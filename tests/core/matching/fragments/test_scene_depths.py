@@ -14,7 +14,7 @@ from splinebba_cli.core.matching.fragments.partners import partner_images
 from splinebba_cli.core.matching.fragments.scene_depths import SceneDepths, plausible_depths
 from splinebba_cli.core.matching.fragments.traced_chains import TracedChains
 from splinebba_cli.core.matching.fragments.views import Views
-from splinebba_cli.core.network import Network, PointObservations, Points
+from splinebba_cli.core.network import Curve, Network, PointObservations, Points
 
 TRUE_M = (970.0, 1000.0)  # of the blocks: heights from 0 to 30 m, flown at 1000 m
 MM = 100.0  # principal distance
@@ -48,6 +48,25 @@ def test_measured_points_tell_the_depths_and_leave_a_margin() -> None:
     # 3 % of the depth, more than the range, beyond 980 and 1000 m (flown 5 m higher or lower)
     assert 930.0 < low < 965.0
     assert 1015.0 < high < 1050.0
+
+
+@pytest.mark.parametrize("family", ["circle", "polynomial_2", "natural_cubic"])
+def test_curves_tell_the_depths_by_their_places(family: str) -> None:
+    """Values that are no places of the curve, radii and coefficients, are of height 0 here, 30 m below it."""
+    values = {
+        "circle": [[0.0, 0.0, 30.0], [40.0, 0.0, 0.0], [0.0, 40.0, 0.0]],
+        "polynomial_2": [[0.0, 0.0, 30.0], [20.0, 10.0, 0.0], [1.0, 3.0, 0.0]],
+        "natural_cubic": np.column_stack([np.linspace(-40.0, 40.0, 6), np.zeros(6), np.full(6, 30.0)]),
+    }[family]
+    rows = np.array(values)
+    block = chain_block(3, 1, 10).network
+    curves = tuple(Curve(str(k), "control", family, rows, np.zeros(rows.shape)) for k in range(4))  # type: ignore[arg-type]
+    scene = prepared(replace(block, curves=curves))[3]
+    assert scene.known[0]
+    low, high = scene.limits[0] * MM
+    distance = block.images.position[0, 2] - 30.0
+    assert low == pytest.approx(0.97 * distance, abs=4.0)
+    assert high == pytest.approx(1.03 * distance, abs=4.0)
 
 
 def test_few_points_tell_nothing() -> None:

@@ -18,12 +18,15 @@ from benchmarks.free_orientation_scenes import (
 from splinebba_cli.core.camera.collinearity import project
 from splinebba_cli.core.camera.rotation import rotation_from_vector
 from splinebba_cli.core.matching.free_orientation import search
+from splinebba_cli.core.matching.free_orientation.chain_raster import ChainRaster
 from splinebba_cli.core.matching.free_orientation.chains import image_chains
 from splinebba_cli.core.matching.free_orientation.orient_freely import orient_freely
-from splinebba_cli.core.matching.free_orientation.places import KnownCurves
+from splinebba_cli.core.matching.free_orientation.places import CurveSamples, KnownCurves
 from splinebba_cli.core.matching.free_orientation.prior import PriorFilter
 from splinebba_cli.core.matching.free_orientation.refinement import Refiner
+from splinebba_cli.core.matching.free_orientation.rough_refinement import roughly_refined
 from splinebba_cli.core.matching.free_orientation.score import CoarseScore
+from splinebba_cli.core.matching.free_orientation.seen import Seen, across_design, apart, see
 from splinebba_cli.core.matching.settings import MatchSettings
 from splinebba_cli.core.network import (
     Camera,
@@ -162,6 +165,25 @@ def test_nothing_to_search_from() -> None:
     assert "chains" in no_chains.message and "known shape" in no_curves.message
 
 
+def test_chains_that_lead_nowhere_are_none() -> None:
+    made = scene(edges(11), 1, 12).network
+    points = made.unlabelled
+    still = replace(made, unlabelled=replace(points, photo_xy=np.tile([1.0, 2.0], (len(points), 1))))
+    assert image_chains(still, 0) is None
+    assert orient_freely(still).problems[0].code == "SBB587"
+    some = np.where((points.chain == points.chain[0])[:, None], [1.0, 2.0], points.photo_xy)
+    chains = image_chains(replace(made, unlabelled=replace(points, photo_xy=some)), 0)
+    assert chains is not None and points.chain[0] not in chains.chain and (chains.length > 0.0).all()
+
+
+def test_the_picture_holds_chains_that_distortion_moves_beyond_the_format() -> None:
+    made = scene(edges(11), 1, 12).network
+    small = replace(made, cameras=(replace(CAMERA, format_mm=(2.0, 2.0)),))
+    chains = image_chains(small, 0)
+    assert chains is not None
+    np.testing.assert_array_equal(chains.format_mm, [chains.xy.min(axis=0), chains.xy.max(axis=0)])
+
+
 def test_images_follow_through_points() -> None:
     """Two images have chains; the third one sees points that these intersect."""
     made = scene(edges(13), 3, 14)
@@ -192,7 +214,8 @@ def test_score_prefers_the_truth_to_cameras_that_shrink_or_cover(one: tuple[Free
     made, known = one
     chains = image_chains(made.network, 0)
     assert chains is not None
-    score = CoarseScore(chains, known.samples(300), 0.05, 0.35)
+    raster = ChainRaster(chains, 0.1, 0.35)
+    score = CoarseScore(chains, known.samples(300), raster, 0.05)
     rotation, position = (
         made.rotation[[0] * 4],
         made.position[[0] * 4] * np.array([[1.0], [40.0], [0.4], [-1.0]]),
@@ -202,7 +225,7 @@ def test_score_prefers_the_truth_to_cameras_that_shrink_or_cover(one: tuple[Free
     assert max(far, near) < 0.5 * truth
     assert behind == 0.0
     others = known_curves_of((*made.network.curves, *edges(18, 20)))
-    covered = CoarseScore(chains, others.samples(1200), 0.05, 0.35)(made.rotation[:1], made.position[:1])[0]
+    covered = CoarseScore(chains, others.samples(1200), raster, 0.05)(made.rotation[:1], made.position[:1])[0]
     assert covered < 0.75 * truth  # curves that the image does not show speak against an orientation
 
 
@@ -222,14 +245,69 @@ def test_refinement_returns_from_some_degrees(one: tuple[FreeScene, KnownCurves]
     assert fitted.rms_mm == pytest.approx(SIGMA, rel=0.15)
 
 
-def test_derivatives_of_distances_across(one: tuple[FreeScene, KnownCurves]) -> None:
+def test_rough_refinement_brings_many_near_and_gives_up_others(one: tuple[FreeScene, KnownCurves]) -> None:
+    """From places up to half a gate off to less than the cells of the raster; a camera that sees nothing is none."""
     made, known = one
     chains = image_chains(made.network, 0)
     assert chains is not None
-    refiner = Refiner(chains, known.samples(50), 0.35, 100)
+    g = np.random.default_rng(19)
+    turned = made.rotation[0] @ rotation_from_vector(g.normal(0.0, 0.002, (12, 3)))
+    moved = made.position[0] + g.normal(0.0, 0.004, (12, 3))
+    moved[-1] *= -1.0
+    raster = ChainRaster(chains, 0.3, 0.35)
+    rotation, position = roughly_refined(chains, known.samples(500), raster, turned, moved, 0.2, 0.06)
+    assert np.isnan(rotation[-1]).all() and np.isnan(position[-1]).all()
+    samples = known.samples(100)
+    truth = see(chains, samples, made.rotation[:1], made.position[:1])
+    found, before = (
+        see(chains, samples, *each) for each in ((rotation[:-1], position[:-1]), (turned[:-1], moved[:-1]))
+    )
+
+    def away(other: Seen) -> FloatArray:
+        return np.nanmedian(np.hypot(other.x - truth.x, other.y - truth.y), axis=1)
+
+    assert (away(before) > 0.02).all()
+    assert (away(found) < 0.2 * raster.cell).all()
+
+
+def test_curves_that_cross_chains_do_not_run_along_them(one: tuple[FreeScene, KnownCurves]) -> None:
+    made, known = one
+    chains = image_chains(made.network, 0)
+    assert chains is not None
+    raster, samples = ChainRaster(chains, 0.1, 0.35), known.samples(300)
+    back = made.rotation[0, :, 2]
+    turned = replace(samples, tangent=np.cross(back, samples.tangent))  # by a right angle in the picture
+    along, across = (
+        raster.beside(see(chains, each, made.rotation[:1], made.position[:1]), np.full(1, 0.05)).hit.mean()
+        for each in (samples, turned)
+    )
+    assert along > 0.9 and across < 0.1
+
+
+def test_orientations_are_told_apart_by_what_the_picture_shows(one: tuple[FreeScene, KnownCurves]) -> None:
+    """Most places lie behind all of these cameras, and far beside the picture small turns grow large."""
+    chains = image_chains(one[0].network, 0)
+    assert chains is not None
+    angle = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
+    ring = 5.0 * np.column_stack([np.cos(angle), np.sin(angle), 0.02 * np.cos(2.0 * angle)])
+    samples = CurveSamples(ring, ring, np.zeros(40, dtype=np.int64), angle, np.ones(40))
+    to = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    rotation = np.array([looking_at(np.zeros(3), each, 0.0) for each in to])
+    rotation = np.concatenate([rotation, rotation[:1] @ rotation_from_vector(np.array([0.0, 1e-4, 0.0]))])
+    seen = see(chains, samples, rotation, np.zeros((4, 3)))
+    assert (np.isnan(seen.x).mean(axis=1) > 0.45).all() and (seen.inside.sum(axis=1) >= 3).all()
+    away = apart(seen, 0)
+    assert away[0] == 0.0 and (away[1:3] > 5.0).all()
+    assert away[3] == pytest.approx(1e-4 * C, rel=0.2)
+
+
+def test_derivatives_of_distances_across(one: tuple[FreeScene, KnownCurves]) -> None:
+    made, known = one
     xyz, rotation, position = known.samples(50).xyz, made.rotation[0], made.position[0]
     normal = np.tile([0.6, 0.8], (50, 1))
-    design = refiner._design(rotation, position, xyz, normal)
+    design = across_design(C, (xyz - position) @ rotation, normal, rotation)
+    each = across_design(C, (xyz - position) @ rotation, normal, np.tile(rotation, (50, 1, 1)))
+    np.testing.assert_allclose(each, design, rtol=1e-14)
     h = 1e-30j
     for column in range(6):
         step = np.zeros(6, dtype=complex)
