@@ -85,7 +85,7 @@ def _doubtful(context: LoopContext, scene: Scene, spread: FloatArray) -> BoolArr
     count = np.bincount(scene.image[order], minlength=images)
     number = np.arange(len(order)) - np.repeat(np.cumsum(count) - count, count)
     points = order[number % np.repeat(np.maximum(count // LOOKED_AT, 1), count) == 0]
-    directions = chain_directions(scene, ChainOrder.of(scene.chain))
+    directions = chain_directions(scene, ChainOrder.of(scene.chain, context.oriented))
     near = find_candidates(scene, GATE * np.hypot(spread[scene.image], scene.noise), np.sort(points))
     angle, along = directions.angle[near.point], near.tangent
     sine = np.abs(np.cos(angle) * along[:, 1] - np.sin(angle) * along[:, 0])

@@ -40,11 +40,19 @@ class ChainOrder:
     position: IntArray  # (p,) number of a place inside its chain
 
     @classmethod
-    def of(cls, chain: IntArray) -> ChainOrder:
-        """Of chain numbers (n,), -1 for single points."""
+    def of(cls, chain: IntArray, usable: BoolArray | None = None) -> ChainOrder:
+        """Of chain numbers (n,), -1 for single points.
+
+        Parameters
+        ----------
+        usable : (n,) points that are there at all; their chains go on where others are left out
+        """
         count = len(chain)
         own = np.where(chain < 0, chain.max(initial=-1) + 1 + np.arange(count), chain)
         order = np.argsort(own, kind="stable")
+        if usable is not None:
+            order = order[usable[order]]
+            count = len(order)
         change = np.flatnonzero(np.diff(own[order], prepend=-1 if count else 0))
         size = np.diff(np.append(change, count))
         begin, end = np.repeat(change, size), np.repeat(change + size, size)
@@ -87,7 +95,7 @@ def chain_directions(scene: Scene, chains: ChainOrder) -> Directions:
     xx = total(centred[:, 0] ** 2) / count - mean[:, 0] ** 2
     yy = total(centred[:, 1] ** 2) / count - mean[:, 1] ** 2
     mixed = total(centred[:, 0] * centred[:, 1]) / count - mean[:, 0] * mean[:, 1]
-    angle, deviation = np.full(len(order), np.nan), np.full(len(order), np.inf)
+    angle, deviation = np.full(len(scene.xy), np.nan), np.full(len(scene.xy), np.inf)
     spread = xx + yy
     enough = (count >= 2) & (spread > 4.0 * sigma**2)
     enough &= chains.end - chains.begin >= FEWEST

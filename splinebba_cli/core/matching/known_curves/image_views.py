@@ -40,7 +40,8 @@ class ImageViews:
         chords = np.linalg.norm(scene.polynomials[shaped[curves.owner], 1:4].sum(axis=1), axis=1)
         spacing = max(float(np.nansum(chords)) / ROUGHLY, 1e-9)
         rough = CurveSamples.of(curves, scene.coefficients, shaped, spacing)
-        return cls(context, scene, chain_directions(scene, ChainOrder.of(scene.chain)), rough)
+        directions = chain_directions(scene, ChainOrder.of(scene.chain, context.oriented))
+        return cls(context, scene, directions, rough)
 
     def view(self, image: int, spread: float) -> ImageView:
         """Of one image whose curves may be off by a standard deviation, mm."""

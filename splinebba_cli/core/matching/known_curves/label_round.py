@@ -41,7 +41,7 @@ def label_points(
     usable : (n,) points that may have a curve: not excluded, in an image with an orientation
     curves : (nc,) curves that may be taken
     """
-    chains = ChainOrder.of(scene.chain)
+    chains = ChainOrder.of(scene.chain, usable)
     directions = chain_directions(scene, chains)
     tolerance = settings.direction_tolerance_rad
     gated = gate_candidates(scene, uncertainty, directions, settings.alpha, tolerance)
@@ -66,7 +66,7 @@ def label_points(
     by_chance = _by_chance(gated, chains, np.where(fits & ~ambiguous, label, -1), none_cost)
     good = fits & ~ambiguous & ~by_chance
     reason = _reasons(gated, chains, usable, curves)
-    reason[has & ~fits] = np.where(_alone(chains)[has & ~fits], Reason.FAR, Reason.CHAIN)
+    reason[has & ~fits] = np.where(_alone(chains, len(has))[has & ~fits], Reason.FAR, Reason.CHAIN)
     reason[fits & ambiguous] = Reason.AMBIGUOUS
     reason[taken & ~good] = Reason.TAKEN
     reason[by_chance] = Reason.FAR
@@ -78,7 +78,7 @@ def label_points(
 def _by_chance(gated: Gated, chains: ChainOrder, label: IntArray, limit: float) -> BoolArray:
     """Single points that lie near their curve by chance, (n,), where errors of orientations do not blur distances."""
     found = np.zeros(len(label), dtype=bool)
-    points = np.flatnonzero((label >= 0) & _alone(chains))
+    points = np.flatnonzero((label >= 0) & _alone(chains, len(label)))
     own = label[points]
     if len(points) and np.median(gated.common[own] / gated.noise[own]) < SHARP:
         found[points] = likely_by_chance(np.sqrt(gated.square[own]), float(np.sqrt(limit)))
@@ -128,12 +128,12 @@ def _reasons(gated: Gated, chains: ChainOrder, usable: BoolArray, curves: BoolAr
     agrees = np.bincount(gated.candidates.point[possible & gated.agrees], minlength=count) > 0
     reason = np.full(count, int(Reason.FAR))
     reason[near & ~agrees] = Reason.DIRECTION
-    reason[agrees & ~_alone(chains)] = Reason.CHAIN
+    reason[agrees & ~_alone(chains, count)] = Reason.CHAIN
     return reason
 
 
-def _alone(chains: ChainOrder) -> BoolArray:
+def _alone(chains: ChainOrder, count: int) -> BoolArray:
     """Single points, (n,)."""
-    alone = np.empty(len(chains.order), dtype=bool)
+    alone = np.zeros(count, dtype=bool)
     alone[chains.order] = chains.end - chains.begin == 1
     return alone

@@ -93,7 +93,7 @@ def _numbered(gated: Gated, chains: ChainOrder, label: IntArray) -> tuple[IntArr
     changed = np.diff(curve, prepend=-2) != 0
     begins = (changed | (chains.position == 0)) & (curve >= 0)
     number = np.where(curve >= 0, np.cumsum(begins) - 1, -1)
-    of_point = np.empty(len(label), dtype=np.int64)
+    of_point = np.full(len(label), -1)
     of_point[order] = number
     return of_point, order[begins]
 
@@ -171,7 +171,7 @@ def _slopes(
     """Change of the distance along a run, and its standard deviation, (r,) each."""
     order = chains.order
     step = np.linalg.norm(np.diff(scene.xy[order], axis=0, prepend=scene.xy[order[:1]]), axis=1)
-    along = np.empty(len(order))
+    along = np.zeros(len(scene.xy))
     along[order] = np.cumsum(np.where(chains.position == 0, 0.0, step))
     rows = np.flatnonzero(of_point >= 0)
     run, candidate = of_point[rows], label[rows]

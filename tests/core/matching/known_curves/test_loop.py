@@ -12,7 +12,7 @@ from splinebba_cli.core.adjustment import adjust
 from splinebba_cli.core.matching.match import match
 from splinebba_cli.core.matching.matches import MatchResult, Reason
 from splinebba_cli.core.matching.settings import MatchSettings
-from splinebba_cli.core.network import Network
+from splinebba_cli.core.network import Network, select_rows
 from tests.core.matching.known_curves.one_image import BLOCK, ROADS, SIGMA_MM, control, network, seen
 
 SETTINGS = MatchSettings(position_sigma_m=5.0, angle_sigma_rad=0.01)
@@ -143,6 +143,16 @@ def test_reasons_of_points_that_take_no_part() -> None:
     found = match(replace(given, images=lost), replace(SETTINGS, orient_freely=False))
     assert (found.matches.reason == Reason.NOT_ORIENTED).all()
     assert np.isnan(found.network.images.position).all()
+
+
+def test_chains_go_on_where_points_are_taken_out() -> None:
+    given, excluded = roads(), np.arange(80) % 2 == 1
+    rest = select_rows(given.unlabelled, np.flatnonzero(~excluded))
+    without = match(replace(given, unlabelled=rest), SETTINGS)
+    found = match(replace(given, unlabelled=replace(given.unlabelled, excluded=excluded)), SETTINGS)
+    assert (found.matches.curve[excluded] == -1).all()
+    np.testing.assert_array_equal(found.matches.curve[~excluded], without.matches.curve)
+    assert np.mean(without.matches.curve >= 0) > 0.9
 
 
 def test_a_curve_of_unknown_shape_in_one_image_gets_no_points() -> None:
