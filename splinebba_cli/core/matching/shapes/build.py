@@ -107,7 +107,7 @@ def build_curves(
     problems = (
         *weak_problems(built, ids, usual),
         *cut_problems(cuts),
-        *duplicate_problems(merged_pairs, [(network.curves[one.given].id, ids[one.curve]) for one in same]),
+        *duplicate_problems(merged_pairs, [_given_ids(network, one) for one in same]),
         *second_edge_problems(network, second),
     )
     return _result(network, draft, same, built, problems)
@@ -174,6 +174,11 @@ def _same_as_given(network: Network, state: State, draft: Draft) -> list[SameAsG
         np.concatenate([free.sigma, labelled.sigma.max(axis=1, initial=0.0)]),
     )
     return same_as_given(network, prepare(network), state, draft, points)
+
+
+def _given_ids(network: Network, one: SameAsGiven) -> tuple[str, ...]:
+    """The curve of the project that a new one is, and the other one that it is as well."""
+    return tuple(network.curves[k].id for k in (one.given, one.also) if k >= 0)
 
 
 def _result(

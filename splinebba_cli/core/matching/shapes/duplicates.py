@@ -6,7 +6,7 @@ tests decide as for fragments (:mod:`.overlaps`): an image that shows two lines 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -92,6 +92,7 @@ class SameAsGiven:
     row: IntArray
     location: FloatArray  # on the given curve
     share: float  # of the new curve that runs beside the given one
+    also: int = -1  # another curve of the project that is the same edge: points belong to neither, -1: none
 
 
 def same_as_given(
@@ -119,7 +120,9 @@ def same_as_given(
                 found.append(_on_given(prepared, state, draft, k, g, share))
     best: dict[int, SameAsGiven] = {}
     for one in sorted(found, key=lambda each: -each.share):
-        best.setdefault(one.curve, one)
+        first = best.setdefault(one.curve, one)
+        if first is not one and first.also < 0:
+            best[one.curve] = replace(first, row=first.row[:0], location=first.location[:0], also=one.given)
     return list(best.values())
 
 

@@ -75,13 +75,13 @@ def cut_problems(cuts: Sequence[Cut]) -> list[Problem]:
     return found
 
 
-def duplicate_problems(merged: Sequence[tuple[str, str]], given: Sequence[tuple[str, str]]) -> list[Problem]:
+def duplicate_problems(merged: Sequence[tuple[str, str]], given: Sequence[tuple[str, ...]]) -> list[Problem]:
     """SBB596: curves that turned out to be one edge.
 
     Parameters
     ----------
     merged : pairs of new ids, the kept one first
-    given : pairs of the id of the project and the new one
+    given : ids of the project for every new curve that has one, or has two
     """
     found = [
         Problem(
@@ -92,16 +92,25 @@ def duplicate_problems(merged: Sequence[tuple[str, str]], given: Sequence[tuple[
         )
         for kept, gone in merged
     ]
-    return found + [
-        Problem(
+    return found + [_edge_of_given(*ids) for ids in given]
+
+
+def _edge_of_given(kept: str, other: str | None = None) -> Problem:
+    if other is not None:
+        return Problem(
             "SBB596",
             "warning",
-            f"the chains of a new spline show the edge of spline `{kept}`: their points belong to it now",
+            f"chains show one edge where the project has splines `{kept}` and `{other}`: they stay without a spline",
             f"spline `{kept}`",
-            "look at the residuals of its points; an image that shows two edges side by side would tell them apart",
+            "take one of the two splines out, or trace both edges in one image",
         )
-        for kept, _ in given
-    ]
+    return Problem(
+        "SBB596",
+        "warning",
+        f"the chains of a new spline show the edge of spline `{kept}`: their points belong to it now",
+        f"spline `{kept}`",
+        "look at the residuals of its points; an image that shows two edges side by side would tell them apart",
+    )
 
 
 def second_edge_problems(network: Network, split: Sequence[SecondEdge]) -> list[Problem]:

@@ -120,6 +120,16 @@ def test_an_edge_that_the_project_has_stays_one_curve(block: ChainBlock, pieces:
     assert "kerb" in found.problems[0].message
 
 
+def test_of_two_given_curves_at_one_edge_none_is_chosen(block: ChainBlock, pieces: list[Fragment]) -> None:
+    given = kerb(block)
+    network = replace(block.network, curves=(given, replace(given, id="copy")))
+    found = build_curves(network, given_state(network), pieces[3:5], MatchSettings())
+    assert found.curves == ()
+    assert (found.on_given == -1).all()
+    assert (found.curve == -1).all()
+    assert ["`kerb` and `copy`" in problem.message for problem in found.problems] == [True]
+
+
 def test_the_edge_beside_a_given_one_is_new(block: ChainBlock, pieces: list[Fragment]) -> None:
     given = kerb(block)
     network = replace(block.network, curves=(given,))
