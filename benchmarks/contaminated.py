@@ -26,7 +26,10 @@ def with_moved_orientations(
 def with_random_points(
     network: Network, label: IntArray, share: float, generator: np.random.Generator
 ) -> tuple[Network, IntArray]:
-    """Single points anywhere among those of an image, so many that they are a share of all; labels, -1 for them."""
+    """Single points anywhere among those of an image, so many that they are a share of all; labels, -1 for them.
+
+    They have directions, any, where all points of the network have one.
+    """
     points = network.unlabelled
     parts_xy, parts_image = [], []
     for image in np.unique(points.image):
@@ -34,7 +37,13 @@ def with_random_points(
         count = round(share / (1.0 - share) * len(own))
         parts_xy.append(generator.uniform(own.min(axis=0), own.max(axis=0), (count, 2)))
         parts_image.append(np.full(count, image))
-    return _appended(network, label, np.vstack(parts_xy), np.concatenate(parts_image), None)
+    found, label = _appended(network, label, np.vstack(parts_xy), np.concatenate(parts_image), None)
+    directed = len(points) > 0 and bool(np.isfinite(points.direction).all())
+    if directed:
+        direction = found.unlabelled.direction.copy()
+        direction[len(points) :] = generator.uniform(-np.pi / 2.0, np.pi / 2.0, len(direction) - len(points))
+        found = replace(found, unlabelled=replace(found.unlabelled, direction=direction))
+    return found, label
 
 
 def with_wrong_chains(

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from benchmarks.contaminated import with_moved_orientations, with_random_points, with_wrong_chains
-from benchmarks.points_apart import points_apart
+from benchmarks.points_apart import directions_along, points_apart
 from splinebba_cli.core.matching.match import match
 from splinebba_cli.core.matching.matches import MatchResult
 from splinebba_cli.core.matching.settings import MatchSettings
@@ -28,6 +28,7 @@ from tests.unlabelled import without_labels
 
 WRONG_CHAINS = 0.3
 APART_PX = 3.0  # from every other curve
+EDGEL_RAD = 0.05  # of directions that an edge detector gives
 FAR_OFF = 6.0  # sigma: an orientation that is farther from the truth did not converge
 
 
@@ -99,13 +100,14 @@ def solver_sigma(result: MatchResult) -> FloatArray:
 
 
 def synthetic_run(
-    seed: int, random_share: float, every: int = 10, views: Sequence[int] = (0,), *, chains: bool = True
+    seed: int, random_share: float, every: int = 10, views: Sequence[int] = (0,), *, points: str = "chains"
 ) -> Outcome:
     """Views before the analytic curves, 0.5 px of noise, 1 degree and 10 mm off.
 
     Parameters
     ----------
-    chains : whether a curve is a chain in every view, else all points are single
+    points : "chains": a curve is a chain in every view; "single": all points are; "edgels": single ones with the
+        direction of their edge, to 0.05 rad
     """
     from tests.synthetic_curves import PIXEL_MM, UNIT_M, synthetic_network
 
@@ -113,8 +115,14 @@ def synthetic_run(
     observed = exact.curve_observations
     noise = generator.normal(0.0, 0.5 * PIXEL_MM, observed.photo_xy.shape)
     measured = replace(exact, curve_observations=replace(observed, photo_xy=observed.photo_xy + noise))
-    network, label = without_labels(measured, chains=chains)
-    apart = points_apart(without_labels(exact, chains=chains)[0], label, APART_PX * PIXEL_MM)
+    network, label = without_labels(measured, chains=points == "chains")
+    true = without_labels(exact, chains=points == "chains")[0]
+    apart = points_apart(true, label, APART_PX * PIXEL_MM)
+    if points == "edgels":
+        along = directions_along(true, label, APART_PX * PIXEL_MM) + generator.normal(
+            0.0, EDGEL_RAD, len(label)
+        )
+        network = replace(network, unlabelled=replace(network.unlabelled, direction=along))
     if random_share > 0.0:
         network, label = with_random_points(network, label, random_share, generator)
     network = with_moved_orientations(network, generator, 10.0 * UNIT_M, float(np.radians(1.0)))
@@ -175,10 +183,10 @@ def _synthetic(runs: int) -> None:
     for share in (0.0, 0.3):
         name = f"ten views, {100 * share:.0f} % random"
         _repeated(name, 1, lambda seed, s=share: synthetic_run(seed, s, 1, half))  # type: ignore[misc]
-    for chains in (True, False):
+    for points in ("chains", "edgels", "single"):
         for share in (0.0, 0.3):
-            name = f"view 0, {'chains' if chains else 'single'}, {100 * share:.0f} % random"
-            found = _repeated(name, runs, lambda seed, s=share, c=chains: synthetic_run(seed, s, chains=c))  # type: ignore[misc]
+            name = f"view 0, {points}, {100 * share:.0f} % random"
+            found = _repeated(name, runs, lambda seed, s=share, p=points: synthetic_run(seed, s, points=p))  # type: ignore[misc]
             _precision(name, found)
 
 

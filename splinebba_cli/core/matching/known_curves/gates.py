@@ -17,6 +17,7 @@ from scipy.special import chdtri
 
 from splinebba_cli.core.camera.collinearity import project_with_jacobian
 from splinebba_cli.core.matching.candidates.search import Candidates, find_candidates
+from splinebba_cli.core.matching.known_curves.bends import turns_within_noise
 from splinebba_cli.core.matching.known_curves.chain_directions import Directions
 from splinebba_cli.core.matching.known_curves.uncertainty import Uncertainty
 from splinebba_cli.core.matching.scene import Scene
@@ -60,19 +61,11 @@ def gate_candidates(
     across, noise, common, beyond = (np.concatenate(each) for each in zip(*parts, strict=True))
     with np.errstate(divide="ignore", invalid="ignore"):
         square = across**2 / (noise + common) + beyond**2 / (noise + common)
-    point, tangent = candidates.point, candidates.tangent
+    point = candidates.point
     angle, deviation = directions.angle[point], np.minimum(directions.sigma[point], 1.0)
-    turn = _turn(angle, tangent)
+    turn = turns_within_noise(scene, candidates, angle)
     agrees = np.isnan(turn) | (np.abs(turn) <= tolerance + 3.0 * deviation)
     return Gated(candidates, across, noise, common, square, turn, deviation, square <= limit, agrees)
-
-
-def _turn(angle: FloatArray, tangent: FloatArray) -> FloatArray:
-    """Angle from directions (k,) to tangents (k, 2), both up to half a turn; -pi/2 to pi/2."""
-    cosine, sine = np.cos(angle), np.sin(angle)
-    across = cosine * tangent[:, 1] - sine * tangent[:, 0]
-    along = cosine * tangent[:, 0] + sine * tangent[:, 1]
-    return np.asarray(np.arctan2(np.where(along < 0.0, -across, across), np.abs(along)))
 
 
 def _radius(scene: Scene, uncertainty: Uncertainty, limit: float) -> FloatArray:
