@@ -25,7 +25,7 @@ def street() -> Network:
     """Three control splines in four images, 1 000 m high; all chains show one of them."""
     block = scene([arc(60.0, 2.5), straight((-120.0, 70.0, 0.0), (1.0, -0.4, 0.05)),
                    straight((0.0, -90.0, 20.0), (1.0, 1.5, 0.0))])  # fmt: skip
-    every = np.linspace(0, block.curves.shape[1] - 1, 7).round().astype(int)
+    every = np.linspace(0, block.curves.shape[1] - 1, 25).round().astype(int)
     curves = tuple(curve("natural_cubic", each[every]) for each in block.curves)
     return replace(block.network, curves=curves)
 
