@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import compress
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from splinebba_cli.project.build_chains import CHAIN_COLUMNS, DIRECTIONS
 from splinebba_cli.project.build_observations import SIGMA_COLUMNS
 from splinebba_cli.project.diagnostics import Collector
 from splinebba_cli.project.loading import LoadedProject
-from splinebba_cli.project.network_tables import csv_text, number
+from splinebba_cli.project.network_tables import csv_text, numbers
 from splinebba_cli.project.table import Table
 from splinebba_cli.project.table_reader import TableReader
 from splinebba_cli.project.yaml_source import read_yaml
@@ -42,38 +42,39 @@ class ChainTable:
 
     def matched_text(self, *, marked: bool) -> str:
         """Table (CSV) of the matched points; `marked`: with names of points, where others refer to some by number."""
+        rows = np.flatnonzero(self.matched)
         columns = {
-            "image": self._texts("image"),
-            "spline": self.spline,
-            **self._given("x", "y", *SIGMA_COLUMNS),
-            "location": list(map(number, self.location.tolist())),
-            **self._given("use"),
+            "image": self._texts("image", rows),
+            "spline": _chosen(self.spline, rows),
+            **self._given(rows, "x", "y", *SIGMA_COLUMNS),
+            "location": numbers(self.location[rows]),
+            **self._given(rows, "use"),
         }
         if marked:
-            columns["mark"] = [f"{self.name}-{row + 1}" for row in range(self.table.rows)]
-        columns |= {**self._given("chain"), **self._distances()}
-        return _csv(columns, self.matched)
+            columns["mark"] = [f"{self.name}-{row + 1}" for row in rows.tolist()]
+        return _csv(columns | self._given(rows, "chain") | self._distances(rows))
 
     def unmatched_text(self) -> str:
         """Table (CSV) of the unmatched points with the reason of each."""
-        columns = self._given(*_AS_GIVEN) | {"reason": self.reason} | self._distances()
-        return _csv(columns, ~self.matched)
+        rows = np.flatnonzero(~self.matched)
+        reason = {"reason": _chosen(self.reason, rows)}
+        return _csv(self._given(rows, *_AS_GIVEN) | reason | self._distances(rows))
 
     def chains_text(self, rows: BoolArray) -> str:
         """Table (CSV) of points as they were given."""
-        return _csv(self._given(*_AS_GIVEN), rows)
+        return _csv(self._given(np.flatnonzero(rows), *_AS_GIVEN))
 
-    def _given(self, *names: str) -> dict[str, Any]:
-        return {name: self._texts(name) for name in names if self.table.has(name)}
+    def _given(self, rows: IntArray, *names: str) -> dict[str, list[str]]:
+        return {name: self._texts(name, rows) for name in names if self.table.has(name)}
 
-    def _distances(self) -> dict[str, Any]:
-        return {"distance": _figures(self.distance), "runner_up": _figures(self.runner_up)}
+    def _distances(self, rows: IntArray) -> dict[str, list[str]]:
+        return {"distance": _figures(self.distance[rows]), "runner_up": _figures(self.runner_up[rows])}
 
-    def _texts(self, name: str) -> list[str]:
+    def _texts(self, name: str, rows: IntArray) -> list[str]:
         values: Any = self.table.columns[name]
         if isinstance(values, np.ndarray):
-            return list(map(number, values.tolist()))
-        return [str(value).strip() for value in values]
+            return numbers(values[rows])
+        return [str(value).strip() for value in _chosen(values, rows)]
 
 
 _AS_GIVEN = ("image", "chain", "x", "y", *DIRECTIONS, *SIGMA_COLUMNS, "use")
@@ -129,5 +130,9 @@ def _figures(values: FloatArray) -> list[str]:
     return [FIGURES.format(value) if np.isfinite(value) else "" for value in values.tolist()]
 
 
-def _csv(columns: dict[str, Any], rows: BoolArray) -> str:
-    return csv_text(list(columns), compress(zip(*columns.values(), strict=True), rows.tolist()))
+def _chosen(values: Sequence[str], rows: IntArray) -> list[str]:
+    return [values[row] for row in rows.tolist()]
+
+
+def _csv(columns: dict[str, list[str]]) -> str:
+    return csv_text(list(columns), zip(*columns.values(), strict=True))

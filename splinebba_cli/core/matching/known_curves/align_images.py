@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from splinebba_cli.core.matching.candidates.search import find_candidates
-from splinebba_cli.core.matching.known_curves.chain_directions import ChainOrder, chain_directions
 from splinebba_cli.core.matching.known_curves.image_alignment import Alignment, align_image
 from splinebba_cli.core.matching.known_curves.image_view import ImageView
 from splinebba_cli.core.matching.known_curves.image_views import ImageViews
@@ -85,7 +84,7 @@ def _doubtful(context: LoopContext, scene: Scene, spread: FloatArray) -> BoolArr
     count = np.bincount(scene.image[order], minlength=images)
     number = np.arange(len(order)) - np.repeat(np.cumsum(count) - count, count)
     points = order[number % np.repeat(np.maximum(count // LOOKED_AT, 1), count) == 0]
-    directions = chain_directions(scene, ChainOrder.of(scene.chain, context.oriented))
+    directions = context.traced.directions
     near = find_candidates(scene, GATE * np.hypot(spread[scene.image], scene.noise), np.sort(points))
     angle, along = directions.angle[near.point], near.tangent
     sine = np.abs(np.cos(angle) * along[:, 1] - np.sin(angle) * along[:, 0])

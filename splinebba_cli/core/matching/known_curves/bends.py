@@ -13,7 +13,7 @@ import numpy as np
 from splinebba_cli.core.camera.collinearity import project_with_jacobian
 from splinebba_cli.core.matching.candidates.search import Candidates
 from splinebba_cli.core.matching.scene import Scene
-from splinebba_cli.core.network import FloatArray, IntArray
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
 
 LOOKED_AT = 0.1  # rad: smaller turns need no excuse
 REACH = 3.0  # sigma of the point, along the curve
@@ -29,19 +29,22 @@ def turns(angle: FloatArray, tangent: FloatArray) -> FloatArray:
     return np.asarray(np.arctan2(np.where(along < 0.0, -across, across), np.abs(along)))
 
 
-def turns_within_noise(scene: Scene, candidates: Candidates, angle: FloatArray) -> FloatArray:
+def turns_within_noise(
+    scene: Scene, candidates: Candidates, angle: FloatArray, wanted: BoolArray
+) -> FloatArray:
     """Angles from measured directions to the nearest one that the projected curve has near the foot point.
 
     Parameters
     ----------
     angle : (k,) rad, measured at the points of the candidates; NaN unknown
+    wanted : (k,) candidates whose turn is excused that way, the others get that at the foot point
 
     Returns
     -------
     (k,) rad, -pi/2 to pi/2; NaN unknown
     """
     turn = turns(angle, candidates.tangent)
-    rows = np.flatnonzero(np.abs(turn) > LOOKED_AT)
+    rows = np.flatnonzero(wanted & (np.abs(turn) > LOOKED_AT))
     if not len(rows):
         return turn
     found = [turns(angle[rows], _tangents(scene, candidates, rows, share)) for share in PLACES]

@@ -74,6 +74,20 @@ class ChainOrder:
         return ChainOrder(self.order[places], begin, begin + size, self.position[places])
 
 
+@dataclass(frozen=True)
+class Traced:
+    """What tracing tells of points, whatever the orientations are."""
+
+    order: ChainOrder
+    directions: Directions
+
+    @classmethod
+    def of(cls, scene: Scene, usable: BoolArray) -> Traced:
+        """Of the usable points (n,) of a scene."""
+        order = ChainOrder.of(scene.chain, usable)
+        return cls(order, chain_directions(scene, order))
+
+
 def chain_directions(scene: Scene, chains: ChainOrder) -> Directions:
     """Directions of all points: as given, else from their chains."""
     order = chains.order

@@ -24,7 +24,7 @@ from splinebba_cli.core.matching.scene import Scene
 from splinebba_cli.core.network import BoolArray, FloatArray
 
 CHUNK = 200_000
-COARSE = 8  # images see the variance at so many of their points when the radius of the search is set
+CLEAR = 0.5  # rad, sigma of a direction that may contradict a curve
 
 
 @dataclass(frozen=True)
@@ -61,11 +61,11 @@ def gate_candidates(
     across, noise, common, beyond = (np.concatenate(each) for each in zip(*parts, strict=True))
     with np.errstate(divide="ignore", invalid="ignore"):
         square = across**2 / (noise + common) + beyond**2 / (noise + common)
-    point = candidates.point
+    point, inside = candidates.point, square <= limit
     angle, deviation = directions.angle[point], np.minimum(directions.sigma[point], 1.0)
-    turn = turns_within_noise(scene, candidates, angle)
+    turn = turns_within_noise(scene, candidates, angle, inside & (deviation < CLEAR))
     agrees = np.isnan(turn) | (np.abs(turn) <= tolerance + 3.0 * deviation)
-    return Gated(candidates, across, noise, common, square, turn, deviation, square <= limit, agrees)
+    return Gated(candidates, across, noise, common, square, turn, deviation, inside, agrees)
 
 
 def _radius(scene: Scene, uncertainty: Uncertainty, limit: float) -> FloatArray:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from splinebba_cli.core.matching.known_curves.chain_directions import ChainOrder, Directions, chain_directions
+from splinebba_cli.core.matching.known_curves.chain_directions import Directions
 from splinebba_cli.core.matching.known_curves.curve_samples import CurveSamples
 from splinebba_cli.core.matching.known_curves.image_view import ImageView, Pose
 from splinebba_cli.core.matching.known_curves.loop_context import LoopContext
@@ -40,8 +40,7 @@ class ImageViews:
         chords = np.linalg.norm(scene.polynomials[shaped[curves.owner], 1:4].sum(axis=1), axis=1)
         spacing = max(float(np.nansum(chords)) / ROUGHLY, 1e-9)
         rough = CurveSamples.of(curves, scene.coefficients, shaped, spacing)
-        directions = chain_directions(scene, ChainOrder.of(scene.chain, context.oriented))
-        return cls(context, scene, directions, rough)
+        return cls(context, scene, context.traced.directions, rough)
 
     def view(self, image: int, spread: float) -> ImageView:
         """Of one image whose curves may be off by a standard deviation, mm."""

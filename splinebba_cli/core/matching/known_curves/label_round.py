@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtri
 
-from splinebba_cli.core.matching.known_curves.chain_directions import ChainOrder, chain_directions
+from splinebba_cli.core.matching.known_curves.chain_directions import ChainOrder, Traced
 from splinebba_cli.core.matching.known_curves.chain_labels import label_chains
 from splinebba_cli.core.matching.known_curves.chance_hits import likely_by_chance
 from splinebba_cli.core.matching.known_curves.exclusion import taken_points
@@ -32,8 +32,9 @@ class LabelRound:
 
 
 def label_points(
-    scene: Scene, uncertainty: Uncertainty, settings: MatchSettings, usable: BoolArray, curves: BoolArray
-) -> LabelRound:
+    scene: Scene, traced: Traced, uncertainty: Uncertainty, settings: MatchSettings, usable: BoolArray,
+    curves: BoolArray,
+) -> LabelRound:  # fmt: skip
     """Curves of all unlabelled points at the present state.
 
     Parameters
@@ -41,10 +42,8 @@ def label_points(
     usable : (n,) points that may have a curve: not excluded, in an image with an orientation
     curves : (nc,) curves that may be taken
     """
-    chains = ChainOrder.of(scene.chain, usable)
-    directions = chain_directions(scene, chains)
-    tolerance = settings.direction_tolerance_rad
-    gated = gate_candidates(scene, uncertainty, directions, settings.alpha, tolerance)
+    chains, tolerance = traced.order, settings.direction_tolerance_rad
+    gated = gate_candidates(scene, uncertainty, traced.directions, settings.alpha, tolerance)
     point = gated.candidates.point
     allowed = gated.inside & gated.agrees & usable[point] & curves[gated.candidates.curve]
     none_cost = float(chdtri(1, settings.alpha))

@@ -42,7 +42,7 @@ POINTS = (
 CAUTION = 4.0  # times the variances of the adjustment, while many labels change
 STEADY = 0.02  # share of points that change: below it the variances count as they are
 ROBUST_ROUNDS = 2  # at least, with weights from residuals
-NONE = 5e-4  # share of points whose change ends a stage
+NONE = 1e-3  # share of points whose change ends a stage
 NEARLY_NONE = 5e-3  # share of points whose change, three times in a row, ends a stage
 
 

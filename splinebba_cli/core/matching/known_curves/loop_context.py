@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
 from splinebba_cli.core.estimation.gauss_markov import Observer
+from splinebba_cli.core.matching.known_curves.chain_directions import Traced
 from splinebba_cli.core.matching.known_curves.label_round import LabelRound, label_points
 from splinebba_cli.core.matching.known_curves.loop_network import Start, loop_start
 from splinebba_cli.core.matching.known_curves.orientation_prior import orientation_prior
@@ -50,6 +50,8 @@ class LoopContext:
     oriented: BoolArray  # (n,) points that are not taken out, in images with an orientation
     blocked: BoolArray  # (m,) images whose orientation is too rough to match single points
     excluded: BoolArray  # (n,) points that the user has taken out
+    first_scene: Scene  # curves and points at the start
+    traced: Traced  # chains and directions of points in images with an orientation
     observer: Observer | None
 
     @classmethod
@@ -62,7 +64,9 @@ class LoopContext:
         excluded = np.zeros(len(points), dtype=bool) if points.excluded is None else points.excluded
         oriented = ~excluded & start.prior.known[points.image]
         blocked = np.zeros(len(network.images.ids), dtype=bool)
-        return cls(network, prepared, start, settings, oriented, blocked, excluded, observer)
+        scene = Scene.of(network, start.state, prepared)
+        traced = Traced.of(scene, oriented)
+        return cls(network, prepared, start, settings, oriented, blocked, excluded, scene, traced, observer)
 
     @property
     def usable(self) -> BoolArray:
@@ -80,16 +84,10 @@ class LoopContext:
         """Curves and points at a state."""
         return self.first_scene.at(state)
 
-    @cached_property
-    def first_scene(self) -> Scene:
-        """Curves and points at the start."""
-        return Scene.of(self.network, self.start.state, self.prepared)
-
     def label(self, progress: Progress, curves: BoolArray) -> LabelRound:
         """Labels at a state."""
-        return label_points(
-            self.scene(progress.state), progress.uncertainty, self.settings, self.usable, curves
-        )
+        scene = self.scene(progress.state)
+        return label_points(scene, self.traced, progress.uncertainty, self.settings, self.usable, curves)
 
     def taken(self, curve: IntArray, location: FloatArray, curves: BoolArray) -> tuple[Labels, BoolArray]:
         """Labels of curves that an adjustment can take, and these curves: known ones, others in two images.

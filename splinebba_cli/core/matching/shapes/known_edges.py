@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from itertools import compress
+
 import numpy as np
 
-from splinebba_cli.core.matching.shapes.double_edges import clusters_beside
+from splinebba_cli.core.matching.shapes.double_edges import APART, FEWEST, clusters_beside
 from splinebba_cli.core.matching.shapes.new_curve_problems import two_edges_problem
 from splinebba_cli.core.network import FloatArray, IntArray, Network
 from splinebba_cli.core.result import Problem
@@ -23,9 +25,29 @@ def double_edge_problems(
     names = np.where(chain >= 0, chain, -1 - image)
     order = np.argsort(curve, kind="stable")
     curves, first = np.unique(curve[order], return_index=True)
+    wide = np.isin(curves, _spread(curve, residual, names))
     found = []
-    for k, own in zip(curves.tolist(), np.split(order, first)[1:], strict=True):
+    for k, own in compress(zip(curves.tolist(), np.split(order, first)[1:], strict=True), wide.tolist()):
         clusters = clusters_beside(location[own], residual[own], names[own])
         if clusters is not None:
             found.append(two_edges_problem(network, k, clusters))
     return found
+
+
+def _spread(curve: IntArray, residual: FloatArray, names: IntArray) -> IntArray:
+    """Curves whose chains lie far enough apart in the median for two edges; all chains at once."""
+    order = np.lexsort((residual, names, curve))
+    new = (np.diff(curve[order], prepend=-1) != 0) | (
+        np.diff(names[order], prepend=names.min(initial=0) - 1) != 0
+    )
+    start = np.flatnonzero(new)
+    size = np.diff(np.append(start, len(order)))
+    median = 0.5 * (residual[order[start + (size - 1) // 2]] + residual[order[start + size // 2]])
+    owner, enough = curve[order[start]], size >= FEWEST
+    low, high = (
+        np.full(int(curve.max(initial=0)) + 1, np.inf),
+        np.full(int(curve.max(initial=0)) + 1, -np.inf),
+    )
+    np.minimum.at(low, owner[enough], median[enough])
+    np.maximum.at(high, owner[enough], median[enough])
+    return np.flatnonzero(high - low >= APART)
