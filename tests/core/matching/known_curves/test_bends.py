@@ -22,7 +22,9 @@ def turned(radius_sigma: float, angle: float) -> tuple[np.ndarray, np.ndarray]:
     scene = LoopContext.of(given, GOOD, None).first_scene
     near = find_candidates(scene, np.full(5, 0.1 * SIGMA_MM))
     direction = np.arctan2(near.tangent[:, 1], near.tangent[:, 0]) - angle
-    return turns_within_noise(scene, near, direction, np.ones(len(near), dtype=bool)), turns(direction, near.tangent)
+    return turns_within_noise(scene, near, direction, np.ones(len(near), dtype=bool)), turns(
+        direction, near.tangent
+    )
 
 
 @pytest.mark.parametrize("angle", [-0.8, 0.05, 0.8])
