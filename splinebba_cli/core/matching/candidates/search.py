@@ -29,8 +29,7 @@ from splinebba_cli.core.tracks import chunks_of
 
 SPANS_AT_ONCE = 5_000
 PAIRS_AT_ONCE = 100_000
-CELL = 2.0  # sizes of a cell: side of the square that holds a point on average, ...
-RADII = 2.0  # ... or radii
+RADII = 2.0  # side of a cell, in the widest radius
 BOX = 4.0  # side of the boxes of pieces, in cells
 
 
