@@ -32,6 +32,7 @@ class CurveBlocks:
     count: IntArray  # (B,) number of coefficients
     first_segment: IntArray  # (B,) segments of a block follow each other
     segment_count: IntArray  # (B,)
+    curve: IntArray  # (B,)
     weights: FloatArray  # (S, 4, b) powers of t over the coefficients of the segment's block
     _powers: dict[int, FloatArray] = field(default_factory=dict)
 
@@ -66,6 +67,7 @@ class CurveBlocks:
             count=begin,
             first_segment=segments[starts],
             segment_count=np.diff(np.append(starts, len(segments))),
+            curve=curves.owner[segments[starts]],
             weights=_block_weights(curves, columns, of_segment),
         )
 
@@ -80,7 +82,7 @@ class CurveBlocks:
     @cached_property
     def whole_curves(self) -> bool:
         """Whether every curve of powers is one block, so that no location leaves its block."""
-        return not self.shared.any()
+        return bool((np.diff(self.curve) > 0).all())
 
     @cached_property
     def shared(self) -> BoolArray:

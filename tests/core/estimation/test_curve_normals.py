@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from splinebba_cli.core import speed
 from splinebba_cli.core.estimation import curve_windows
@@ -14,11 +15,14 @@ from splinebba_cli.core.estimation.curve_blocks import CurveBlocks
 from splinebba_cli.core.estimation.normal_equations import Assembler, Linearization
 from splinebba_cli.core.estimation.parameters import ParameterLayout, layout_of
 from splinebba_cli.core.estimation.segment_windows import add_segment_windows
+from splinebba_cli.core.matching.labelled_network import with_labels
 from splinebba_cli.core.network import Curve, FloatArray, Network
 from splinebba_cli.core.observations.coefficient_rows import concatenate_rows
+from splinebba_cli.core.observations.curve_points import linearize_curve_points
 from splinebba_cli.core.observations.location_search import search_locations
 from splinebba_cli.core.observations.locations import held_locations
-from splinebba_cli.core.state import Prepared, State, prepare
+from splinebba_cli.core.state import Prepared, State, initial_coefficients, prepare
+from tests.core.matching.known_curves.one_image import MIDDLE, network, seen
 from tests.core.observations.random_network import random_case
 from tests.core.small_networks import mixed_network, start_of
 
@@ -135,3 +139,25 @@ def test_a_point_behind_the_camera(mode: str, monkeypatch: pytest.MonkeyPatch) -
     below[1, 2] = -500.0
     with pytest.raises(FloatingPointError, match="behind a camera"):
         assembled(prepared, replace(state, position=below), layout_of(prepared))
+
+
+def test_locations_cross_between_segments_that_share_no_coefficient() -> None:
+    """Such a curve has many blocks, none of which shares a node: the pattern must still follow the locations."""
+    u = np.linspace(0.0, 2.0, 41)
+    way = np.column_stack([200.0 * u - 200.0, 30.0 * np.sin(3.0 * u), 5.0 * u]) + MIDDLE
+    spline, step = CubicSpline(u, way), float(u[1])
+    powers = np.stack([spline.c[3 - k] * step**k for k in range(4)], axis=1).reshape(-1, 3)
+    curve = Curve("c", "control", "polynomial_3", powers, np.zeros_like(powers), knot_parameters=u)
+    given = network([curve], [seen(curve, 60, 0.1, 0.9)])
+    prepared = prepare(with_labels(given, np.zeros(60, dtype=np.int64), np.linspace(0.2, 1.8, 60)))
+    state = State(
+        given.images.rotation, given.images.position, initial_coefficients(prepared), np.zeros((0, 3)),
+        prepared.network.curve_observations.location,
+    )  # fmt: skip
+    layout = layout_of(prepared)
+    assembler = Assembler(prepared, layout, concatenate_rows([], prepared.curves.support))
+    for shift in (0.0, 0.6 * step, -0.7 * step):
+        moved = replace(state, location=state.location + shift)
+        at = assembler.linearize(moved, held_locations(prepared, moved.location))
+        exact = linearize_curve_points(prepared, moved, np.zeros(0, dtype=np.int64))
+        np.testing.assert_allclose(np.abs(at.on_curves.across), np.abs(exact.residual[:60]), atol=1e-9)

@@ -92,6 +92,14 @@ def finished(
             break
     if found is None:
         found = context.label(progress, curves)
+    elif solved is not None:  # with the very labels that are handed on
+        labels, last = context.taken(np.where(gross, -1, curve), location, curves)
+        again = None
+        if len(labels.rows) and (labels.curve != progress.labels.curve).any():
+            again = context.adjust(replace(progress, labels=labels), last, network, ITERATIONS, robust=False)
+        if again is not None:
+            solved, kept = again, last
+            progress = replace(progress, labels=labels).after(again, 1.0)
     seen = np.bincount(context.network.unlabelled.image[progress.labels.rows], minlength=len(weak))
     oriented = (seen > 0) & ~weak & start.prior.known & (solved is not None)
     return Known(

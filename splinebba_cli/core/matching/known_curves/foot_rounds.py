@@ -19,8 +19,8 @@ from splinebba_cli.core.observations.shape_conditions import control_rows
 from splinebba_cli.core.state import Prepared, State
 
 CURVE_DAMPING = 1e-3
-FOOT_ROUNDS = 8
-SETTLED = 0.05  # sigma: foot points that move less along their curves change nothing across
+FOOT_ROUNDS = 12
+SETTLED = 0.02  # sigma, of the first step of a solution: foot points that move less change nothing
 
 
 @dataclass
@@ -48,9 +48,9 @@ class FootRun:
                 assembler, state, max_iterations=self._iterations(layout), stage="matching", damping=damping,
                 observer=self.problem.observer,
             )  # fmt: skip
-            before, state = state, self._moved_to_feet(solution.state)
+            state = self._moved_to_feet(solution.state)
             assembler = assembler.with_weights(self.prepared)
-            if self._still(before, state):
+            if solution.iterations and solution.iterations[0].step < SETTLED:
                 break
         if solution.factor is None or len(self.points):
             reached = solution_at(assembler, state)
@@ -70,15 +70,3 @@ class FootRun:
         found = feet(self.points, self.u, state)
         self.u, self.prepared = found.u, observed_at(self.points, found, self.prepared)
         return replace(state, xyz=np.vstack([state.xyz[: len(state.xyz) - len(self.points)], found.xyz]))
-
-    def _still(self, before: State, after: State) -> bool:
-        """Whether foot points moved too little to matter across curves."""
-        count = len(self.points)
-        if not count:
-            return True
-        moved = np.linalg.norm(after.xyz[-count:] - before.xyz[-count:], axis=1)
-        away = np.linalg.norm(after.xyz[-count:] - after.position[self.points.image], axis=1)
-        seen = moved / away * self.prepared.principal_distance[self.points.image]
-        w = self.points.rays.whitening
-        sigma = 1.0 / np.sqrt(np.abs(w[:, 0, 0] * w[:, 1, 1] - w[:, 0, 1] * w[:, 1, 0]))
-        return bool(np.quantile(seen / sigma, 0.9) < SETTLED)
