@@ -79,8 +79,9 @@ class Prepared:
     def corners(self) -> BoolArray:
         """Segments that begin at a corner of their curve, (S,)."""
         out = np.zeros(len(self.curves.left), dtype=bool)
-        for start, curve in zip(self.curves.segment_start, self.network.curves, strict=False):
-            out[int(start) + np.array(curve.breaks, dtype=np.int64)] = True
+        for number, curve in enumerate(self.network.curves):
+            if curve.breaks:
+                out[self.curves.segment_start[number] + np.array(curve.breaks)] = True
         return out
 
     @cached_property

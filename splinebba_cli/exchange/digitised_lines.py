@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from splinebba_cli.core.network import FloatArray
 from splinebba_cli.errors import PointsFileError
-from splinebba_cli.project.diagnostics import Collector, Diagnostic, Place, suggestion
-from splinebba_cli.project.file_content import NoContentError, TooLargeError, file_content, names_in
-from splinebba_cli.project.text_position import decoded
+from splinebba_cli.exchange.file_text import JSON_SUFFIXES, text_of
+from splinebba_cli.project.diagnostics import Collector, Diagnostic, Place
 
-GEOJSON_SUFFIXES = (".geojson", ".json")
 DEGREES_HELP = (
     "project them to a Cartesian frame in metres (a map projection, a local frame) and fit again; "
     "`--cartesian` says that they are metres already"
@@ -58,8 +55,8 @@ def read_digitised_lines(
     from splinebba_cli.exchange.points_csv import lines_from_csv
 
     collector = Collector()
-    text = _text(path, collector)
-    is_geojson = path.suffix.lower() in GEOJSON_SUFFIXES
+    text = text_of(path, collector, "fit its lines in parts")
+    is_geojson = path.suffix.lower() in JSON_SUFFIXES
     read = lines_from_geojson if is_geojson else lines_from_csv
     lines = [] if text is None else read(text, str(path), options, collector)
     if collector.has_errors or not lines:
@@ -72,18 +69,3 @@ def read_digitised_lines(
 def look_like_degrees(points: FloatArray) -> bool:
     """Whether x and y could be longitude and latitude."""
     return bool(np.all(np.abs(points[:, 0]) <= 180.0) and np.all(np.abs(points[:, 1]) <= 90.0))
-
-
-def _text(path: Path, collector: Collector) -> str | None:
-    try:
-        content = file_content(path, may_be_pipe=True)
-    except TooLargeError as reason:
-        collector.error(
-            "SBB409", f"`{path}` is too large: {reason}", Place(str(path)), "fit its lines in parts"
-        )
-        return None
-    except NoContentError as reason:
-        near = suggestion(path.name, names_in(path.parent))
-        collector.error("SBB401", f"`{path}` cannot be read: {reason}", Place(str(path)), near)
-        return None
-    return decoded(content, str(path), partial(collector.error, "SBB103"))

@@ -6,17 +6,14 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path, PureWindowsPath
 from typing import Any
 
 from splinebba_cli.core.network import FloatArray
+from splinebba_cli.exchange.file_text import JSON_SUFFIXES, text_of
 from splinebba_cli.exchange.json_file import NoJsonError, json_of
-from splinebba_cli.project.diagnostics import Collector, Place, suggestion
-from splinebba_cli.project.file_content import NoContentError, TooLargeError, file_content, names_in
-from splinebba_cli.project.text_position import decoded
+from splinebba_cli.project.diagnostics import Collector, Place
 
-JSON_SUFFIXES = (".geojson", ".json")
 _IMAGE_FORMAT = re.compile(r"\.(jpe?g|tiff?|png|bmp|webp|jp2|dng|nef|cr[23]|arw|raw|pgm)$", re.IGNORECASE)
 
 
@@ -50,7 +47,7 @@ def read_traced_chains(path: Path, options: TracingOptions, collector: Collector
     """
     from splinebba_cli.exchange.chains_table import chains_from_table
 
-    text = _text(path, collector)
+    text = text_of(path, collector, "convert its chains in parts")
     if text is None:
         return []
     image = image_name(path.name, options)
@@ -90,18 +87,3 @@ def _chains_of_json(
     if isinstance(data, dict) and "shapes" in data:
         return chains_from_labelme(data, file, image, options, collector)
     return chains_from_geojson(data, file, image, collector)
-
-
-def _text(path: Path, collector: Collector) -> str | None:
-    try:
-        content = file_content(path, may_be_pipe=True)
-    except TooLargeError as reason:
-        collector.error(
-            "SBB409", f"`{path}` is too large: {reason}", Place(str(path)), "convert its chains in parts"
-        )
-        return None
-    except NoContentError as reason:
-        near = suggestion(path.name, names_in(path.parent))
-        collector.error("SBB401", f"`{path}` cannot be read: {reason}", Place(str(path)), near)
-        return None
-    return decoded(content, str(path), partial(collector.error, "SBB103"))

@@ -19,7 +19,7 @@ from splinebba_cli.core.matching.known_curves.orientation_prior import without_a
 from splinebba_cli.core.matching.known_curves.round_adjustment import Round
 from splinebba_cli.core.matching.known_curves.round_network import Labels
 from splinebba_cli.core.matching.matches import GateStep, Matches, Reason
-from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
+from splinebba_cli.core.network import BoolArray, FloatArray, IntArray, Network
 from splinebba_cli.core.result import Problem
 from splinebba_cli.core.state import State
 
@@ -92,14 +92,11 @@ def finished(
             break
     if found is None:
         found = context.label(progress, curves)
-    elif solved is not None:  # with the very labels that are handed on
-        labels, last = context.taken(np.where(gross, -1, curve), location, curves)
-        again = None
-        if len(labels.rows) and (labels.curve != progress.labels.curve).any():
-            again = context.adjust(replace(progress, labels=labels), last, network, ITERATIONS, robust=False)
+    elif solved is not None:
+        handed_on, last = context.taken(np.where(gross, -1, curve), location, curves)
+        again = _adjusted_again(context, progress, handed_on, last, network)
         if again is not None:
-            solved, kept = again, last
-            progress = replace(progress, labels=labels).after(again, 1.0)
+            solved, kept, progress = again, last, replace(progress, labels=handed_on).after(again, 1.0)
     seen = np.bincount(context.network.unlabelled.image[progress.labels.rows], minlength=len(weak))
     oriented = (seen > 0) & ~weak & start.prior.known & (solved is not None)
     return Known(
@@ -117,6 +114,15 @@ def finished(
             *misfits(context, progress, solved),
         ),
     )
+
+
+def _adjusted_again(
+    context: LoopContext, progress: Progress, labels: Labels, kept: BoolArray, network: Network
+) -> Round | None:
+    """The adjustment with the very labels that are handed on; None where the last one had them."""
+    if not len(labels.rows) or (labels.curve == progress.labels.curve).all():
+        return None
+    return context.adjust(replace(progress, labels=labels), kept, network, ITERATIONS, robust=False)
 
 
 def _without_measurements(context: LoopContext, progress: Progress) -> BoolArray:

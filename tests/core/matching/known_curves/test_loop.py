@@ -18,11 +18,11 @@ from tests.core.matching.known_curves.one_image import BLOCK, ROADS, SIGMA_MM, c
 SETTINGS = MatchSettings(position_sigma_m=5.0, angle_sigma_rad=0.01)
 
 
-def roads(seed: int = 1, position_m: float = 5.0, angle_rad: float = 0.01) -> Network:
+def roads(seed: int = 1, position_m: float = 5.0, angle_rad: float = 0.01, points: int = 40) -> Network:
     """Two roads, traced with noise; the orientation is off by 5 m and 0.6 degrees."""
     curves = [control(values, f"road-{k}") for k, values in enumerate(ROADS)]
     generator = np.random.default_rng(seed)
-    chains = [seen(curve, 40) + generator.normal(0.0, SIGMA_MM, (40, 2)) for curve in curves]
+    chains = [seen(curve, points) + generator.normal(0.0, SIGMA_MM, (points, 2)) for curve in curves]
     return with_moved_orientations(network(curves, chains), generator, position_m, angle_rad)
 
 
@@ -37,12 +37,17 @@ def test_all_points_find_their_curve(matched: MatchResult) -> None:
     assert len(matched.network.curve_observations) + len(matched.network.unlabelled) == 80
 
 
-def test_the_orientation_is_that_of_the_adjustment_with_these_labels(matched: MatchResult) -> None:
-    """Points on held curves stand for them (held_feet.py): same orientation, same dispersion."""
+@pytest.mark.parametrize("points", [40, 600])
+def test_the_orientation_is_that_of_the_adjustment_with_these_labels(points: int) -> None:
+    """Points on held curves stand for them (held_feet.py): same orientation, same dispersion.
+
+    Of many points some lose their label after the last round; the orientation is that without them.
+    """
+    matched = match(roads(points=points), SETTINGS)
     adjusted = adjust(matched.network)
     sigma = np.sqrt(np.einsum("mii->mi", adjusted.images.dispersion))
     assert (
-        np.abs(matched.network.images.position - adjusted.images.eop[:, 3:] + 0.0).max() < 0.02 * sigma.max()
+        np.abs(matched.network.images.position - adjusted.images.eop[:, 3:]).max() < 0.01 * sigma[:, 3:].min()
     )
     own = np.sqrt(np.einsum("mii->mi", matched.eop_dispersion))
     np.testing.assert_allclose(own, sigma, rtol=0.02)
