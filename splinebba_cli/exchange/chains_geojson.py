@@ -10,15 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from splinebba_cli.exchange.geojson_geometry import (
-    NotGeojsonError,
-    feature_id,
-    geometries,
-    part_name,
-    parts,
-    positions,
-    property_of,
-)
+from splinebba_cli.exchange.geojson_geometry import NotGeojsonError, named_lines, property_of
 from splinebba_cli.exchange.traced_chains import TracedChain, warn_of_others
 from splinebba_cli.project.diagnostics import Collector, Place
 
@@ -46,14 +38,10 @@ def chains_from_geojson(data: Any, file: str, image: str, collector: Collector) 
 
 
 def _chains(data: Any, place: Place, image: str) -> tuple[list[TracedChain], list[str]]:
-    chains, passed_over = [], []
-    for feature, geometry in geometries(data):
-        found = list(parts(geometry))
-        if not found:
-            passed_over.append(str(geometry.get("type")))
-        id = feature_id(feature, CHAIN_PROPERTIES)
-        for number, (_, rows) in enumerate(found, start=1):
-            xy = np.array([row[:2] for row in positions(rows)], dtype=float).reshape(-1, 2)
-            name = part_name(id, number, len(found))
-            chains.append(TracedChain(property_of(feature, IMAGE_PROPERTIES) or image, name, xy, place))
+    chains: list[TracedChain] = []
+    passed_over: list[str] = []
+    for line in named_lines(data, CHAIN_PROPERTIES, passed_over):
+        xy = np.array([row[:2] for row in line.positions], dtype=float).reshape(-1, 2)
+        own = property_of(line.feature, IMAGE_PROPERTIES) or image
+        chains.append(TracedChain(own, line.name, xy, place))
     return chains, passed_over

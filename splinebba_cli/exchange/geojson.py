@@ -18,14 +18,7 @@ from splinebba_cli.exchange.digitised_lines import (
     ReadingOptions,
     look_like_degrees,
 )
-from splinebba_cli.exchange.geojson_geometry import (
-    NotGeojsonError,
-    feature_id,
-    geometries,
-    part_name,
-    parts,
-    positions,
-)
+from splinebba_cli.exchange.geojson_geometry import NotGeojsonError, named_lines
 from splinebba_cli.exchange.json_file import NoJsonError, json_of
 from splinebba_cli.project.diagnostics import Collector, Place
 from splinebba_cli.project.plain_text import id_problem
@@ -65,23 +58,18 @@ def lines_from_geojson(
 
 
 def _lines(data: Any, options: ReadingOptions) -> tuple[list[DigitisedLine], list[str]]:
-    lines, passed_over = [], []
-    for feature, geometry in geometries(data):
-        found = list(parts(geometry))
-        if not found:
-            passed_over.append(str(geometry.get("type")))
-        id = feature_id(feature, ID_PROPERTIES)
-        for number, (closed, rows) in enumerate(found, start=1):
-            name = part_name(id, number, len(found))
-            lines.append(DigitisedLine(name, _array(rows, options.height), closed))
+    passed_over: list[str] = []
+    lines = [
+        DigitisedLine(line.name, _array(line.positions, options.height), line.closed)
+        for line in named_lines(data, ID_PROPERTIES, passed_over)
+    ]
     return lines, passed_over
 
 
-def _array(rows: Any, height: float | None) -> FloatArray:
+def _array(positions: list[list[float]], height: float | None) -> FloatArray:
     """Positions, (n, 3); a height that is missing is given or NaN."""
     missing = math.inf if height is None else height
-    out = [[*row[:3], missing][:3] for row in positions(rows)]
-    return np.array(out, dtype=float).reshape(-1, 3)
+    return np.array([[*row[:3], missing][:3] for row in positions], dtype=float).reshape(-1, 3)
 
 
 def _check_coordinates(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 Members = dict[str, Any]
@@ -51,6 +52,37 @@ def feature_id(feature: Members, names: Sequence[str]) -> str:
     """The id of a feature among its properties, else its own; empty where it has none."""
     own = feature.get("id")
     return property_of(feature, names) or ("" if own is None else str(own).strip())
+
+
+@dataclass(frozen=True)
+class NamedLine:
+    """One line of a geometry."""
+
+    name: str  # of its feature, with a number where the geometry has several lines; empty where there is none
+    feature: Members
+    closed: bool
+    positions: list[list[float]]  # two numbers or more each
+
+
+def named_lines(data: Any, properties: Sequence[str], passed_over: list[str]) -> Iterator[NamedLine]:
+    """All lines of the data of a file.
+
+    Parameters
+    ----------
+    properties : of features, that may hold the name; else the feature's id
+    passed_over : gets the kinds of geometries that are no lines
+
+    Raises
+    ------
+    NotGeojsonError
+    """
+    for feature, geometry in geometries(data):
+        found = list(parts(geometry))
+        if not found:
+            passed_over.append(str(geometry.get("type")))
+        name = feature_id(feature, properties)
+        for number, (closed, rows) in enumerate(found, start=1):
+            yield NamedLine(part_name(name, number, len(found)), feature, closed, positions(rows))
 
 
 def parts(geometry: Members) -> Iterator[tuple[bool, Any]]:

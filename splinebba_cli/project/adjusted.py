@@ -22,16 +22,15 @@ from splinebba_cli.core.result import AdjustmentResult
 from splinebba_cli.core.revision.group_weights import with_given_sigma
 from splinebba_cli.project.build_curves import position_rows
 from splinebba_cli.project.derived_project import (
+    first_sections,
     folders_of_tables,
     present_features,
-    project_info,
     sections_as_written,
 )
 from splinebba_cli.project.loading import LoadedProject
-from splinebba_cli.project.network_tables import images_table, points_table
+from splinebba_cli.project.network_tables import points_table
 from splinebba_cli.project.observation_marks import marked_tables
 from splinebba_cli.project.table_folders import seen_from
-from splinebba_cli.project.writer import spline_entries
 from splinebba_cli.project.yaml_writing import project_yaml
 
 PREFIX = "adjusted_"
@@ -58,18 +57,8 @@ def adjusted_project(
         ``adjusted.yaml`` and its tables ``adjusted_*.csv``.
     """
     network = with_given_sigma(adjusted_network(result), result.evidence.variance_components)
-    unit = loaded.model.project.angle_unit or "deg"
     written = sections_as_written(loaded)
-    info = project_info(loaded, network)
-    data: dict[str, Any] = {
-        "version": written["version"],
-        "project": info,
-        "cameras": written["cameras"],
-        "images": {"table": f"{PREFIX}images.csv"},
-    }
-    files = {f"{PREFIX}images.csv": images_table(network, unit)}
-    if network.curves:
-        data["splines"] = spline_entries(network.curves, network.origin, PREFIX, files)
+    data, files = first_sections(loaded, network, PREFIX)
     if network.points.ids:
         files[f"{PREFIX}points.csv"] = points_table(network)
         data["points"] = {"table": f"{PREFIX}points.csv"}
@@ -79,7 +68,7 @@ def adjusted_project(
     data["observations"] = _observations(written.get("observations", {}), loaded, network, directory, marked)
     tables = [group.get("table") or PREFIX for groups in data["observations"].values() for group in groups]
     if not all(table.startswith(PREFIX) for table in tables):
-        info["table_folders"] = folders_of_tables(loaded, directory)
+        data["project"]["table_folders"] = folders_of_tables(loaded, directory)
     data["adjustment"] = {**written.get("adjustment", {}), "staged": False}
     if "datum_features" in data["adjustment"]:
         data["adjustment"]["datum_features"] = present_features(data["adjustment"]["datum_features"], network)

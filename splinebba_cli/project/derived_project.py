@@ -7,7 +7,9 @@ from typing import Any
 
 from splinebba_cli.core.network import Network
 from splinebba_cli.project.loading import LoadedProject
+from splinebba_cli.project.network_tables import images_table
 from splinebba_cli.project.table_folders import folders_seen_from
+from splinebba_cli.project.writer import spline_entries
 
 
 def sections_as_written(loaded: LoadedProject) -> dict[str, Any]:
@@ -27,6 +29,28 @@ def project_info(loaded: LoadedProject, network: Network) -> dict[str, Any]:
         "rotation_sequence": project.rotation_sequence or "omega-phi-kappa",
         "local_origin": network.origin.tolist(),
     }
+
+
+def first_sections(
+    loaded: LoadedProject, network: Network, prefix: str
+) -> tuple[dict[str, Any], dict[str, str]]:
+    """The sections from `version` to `splines`, images and splines as tables; and these tables, name to text.
+
+    Parameters
+    ----------
+    prefix : of the names of tables
+    """
+    written, info = sections_as_written(loaded), project_info(loaded, network)
+    files = {f"{prefix}images.csv": images_table(network, info["angle_unit"])}
+    data: dict[str, Any] = {
+        "version": written["version"],
+        "project": info,
+        "cameras": written["cameras"],
+        "images": {"table": f"{prefix}images.csv"},
+    }
+    if network.curves:
+        data["splines"] = spline_entries(network.curves, network.origin, prefix, files)
+    return data, files
 
 
 def folders_of_tables(loaded: LoadedProject, directory: Path | None) -> list[str]:

@@ -18,16 +18,14 @@ import numpy as np
 from splinebba_cli.core.matching.matches import MatchResult
 from splinebba_cli.core.network import BoolArray, Images, IntArray, Network
 from splinebba_cli.project.derived_project import (
+    first_sections,
     folders_of_tables,
     present_features,
-    project_info,
     sections_as_written,
 )
 from splinebba_cli.project.loading import LoadedProject
 from splinebba_cli.project.matched_tables import ChainTable, chain_tables, matched_columns
-from splinebba_cli.project.network_tables import images_table
 from splinebba_cli.project.table_folders import seen_from
-from splinebba_cli.project.writer import spline_entries
 from splinebba_cli.project.yaml_writing import project_yaml
 
 MATCHED_FILE = "matched.yaml"
@@ -57,16 +55,7 @@ def matched_project(
     kept = images_kept(result.network)
     network = replace(result.network, images=_some_images(result.network.images, np.flatnonzero(kept)))
     written = sections_as_written(loaded)
-    info = project_info(loaded, network)
-    data: dict[str, Any] = {
-        "version": written["version"],
-        "project": info,
-        "cameras": written["cameras"],
-        "images": {"table": f"{PREFIX}images.csv"},
-    }
-    files = {f"{PREFIX}images.csv": images_table(network, info["angle_unit"])}
-    if network.curves:
-        data["splines"] = spline_entries(network.curves, network.origin, PREFIX, files)
+    data, files = first_sections(loaded, network, PREFIX)
     if "points" in written:
         data["points"] = [_moved(entry, loaded, directory) for entry in written["points"]]
     observations = {
@@ -76,7 +65,7 @@ def matched_project(
     }
     data["observations"] = _labelled(observations, loaded, result, kept, files)
     if _refers_elsewhere(data):
-        info["table_folders"] = folders_of_tables(loaded, directory)
+        data["project"]["table_folders"] = folders_of_tables(loaded, directory)
     if "adjustment" in written:
         data["adjustment"] = dict(written["adjustment"])
         if "datum_features" in data["adjustment"]:
