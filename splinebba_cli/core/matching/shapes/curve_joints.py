@@ -16,6 +16,7 @@ import numpy as np
 from splinebba_cli.core.matching.shapes.draft import Draft
 from splinebba_cli.core.matching.shapes.extent import point_spacing
 from splinebba_cli.core.network import Curve, FloatArray, IntArray, Network
+from splinebba_cli.core.row_groups import split_by
 
 MOST_BETWEEN = 8  # points of a chain that no curve has, around a corner
 NEAR_END = 4.0  # spacings of points from the end of a curve
@@ -118,11 +119,11 @@ def _spacing_in_images(draft: Draft) -> FloatArray:
     images = len(draft.prepared.network.images.ids)
     key = draft.links.curve * images + draft.links.image
     order = np.lexsort((draft.state.location, key))
-    step, same = np.diff(draft.state.location[order]), np.diff(key[order]) == 0
+    inside = np.flatnonzero(np.diff(key[order]) == 0)
+    step, group = np.diff(draft.state.location[order])[inside], key[order][inside]
     found = np.zeros(len(draft.curves) * images)
-    for group in np.unique(key):
-        own = step[same & (key[order][1:] == group)]
-        found[group] = np.median(own) if len(own) else 0.0
+    for own in split_by(group):
+        found[group[own[0]]] = np.median(step[own])
     return found.reshape(-1, images)
 
 
@@ -133,8 +134,9 @@ def _images_at_ends(draft: Draft, ends: CurveEnds) -> list[set[int]]:
         <= NEAR_END * ends.spacing.reshape(-1, 2)[draft.links.curve].T
     )
     return [
-        set(draft.links.image[near[end % 2] & (draft.links.curve == end // 2)].tolist())
-        for end in range(len(ends.location))
+        set(draft.links.image[own[near[side, own]]].tolist())
+        for own in draft.links_by_curve
+        for side in range(2)
     ]
 
 

@@ -23,6 +23,7 @@ from splinebba_cli.core.curves.basis import CurveBasis
 from splinebba_cli.core.matching.shapes.draft import Draft
 from splinebba_cli.core.matching.shapes.place_fit import normal_frames
 from splinebba_cli.core.network import BoolArray, FloatArray, IntArray
+from splinebba_cli.core.row_groups import split_by
 
 
 @dataclass(frozen=True)
@@ -74,12 +75,13 @@ def curve_normals(draft: Draft, curves: IntArray | None = None) -> list[CurveNor
     rows, gauge = draft.equations(), draft.holding_rows()
     count, start = len(draft.row), draft.prepared.curves.coefficient_start
     columns = draft.prepared.curves.columns[rows.segment[:count]]
+    held_of = split_by(gauge.curve, len(draft.curves))
     found = []
     for k in range(len(draft.curves)) if curves is None else curves.tolist():
         first, size = int(start[k]), int(start[k + 1] - start[k])
-        own = np.flatnonzero(draft.links.curve == k)
+        own = draft.links_by_curve[k]
         design = _spread(columns[own] - first, rows.weights[own], rows.direction[own], size)
-        held = np.flatnonzero(gauge.curve == k)
+        held = held_of[k]
         hold = np.zeros((len(held), size, 3))
         np.add.at(hold, (np.arange(len(held))[:, None], gauge.columns[held] - first), gauge.jacobian[held])
         holding = hold.reshape(len(held), -1)

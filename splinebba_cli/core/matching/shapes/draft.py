@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -29,6 +30,7 @@ from splinebba_cli.core.observations.curve_points import CurveRows, linearize_cu
 from splinebba_cli.core.observations.location_search import search_locations
 from splinebba_cli.core.observations.locations import held_locations
 from splinebba_cli.core.observations.shape_conditions import control_rows
+from splinebba_cli.core.row_groups import split_by
 from splinebba_cli.core.state import Prepared, State, initial_coefficients, prepare
 
 ITERATIONS = 20
@@ -53,6 +55,11 @@ class Draft:
     def links(self) -> CurveObservations:
         """The linked points as curve observations."""
         return self.prepared.network.curve_observations
+
+    @cached_property
+    def links_by_curve(self) -> list[IntArray]:
+        """The links of every curve, ascending."""
+        return split_by(self.links.curve, len(self.curves))
 
     def equations(self) -> CurveRows:
         """Equations across the curves; row k belongs to link k for the first n rows."""

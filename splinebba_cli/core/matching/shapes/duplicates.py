@@ -127,7 +127,7 @@ def same_as_given(
 
 
 def _on_given(prepared: Prepared, state: State, draft: Draft, k: int, g: int, share: float) -> SameAsGiven:
-    links = np.flatnonzero(draft.links.curve == k)
+    links = draft.links_by_curve[k]
     xyz = draft.prepared.curves.bases[k].evaluate(draft.state.location[links], draft.coefficients_of(k))
     start = prepared.curves.coefficient_start
     own = state.coefficients[int(start[g]) : int(start[g + 1])]

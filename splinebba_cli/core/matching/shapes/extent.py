@@ -14,6 +14,7 @@ from splinebba_cli.core.curves.basis import CurveBasis
 from splinebba_cli.core.curves.kept_corners import breaks_among, corner_parameters
 from splinebba_cli.core.matching.shapes.draft import Draft, with_curves
 from splinebba_cli.core.network import Curve, FloatArray
+from splinebba_cli.core.row_groups import split_by
 
 STEP = 6.0  # spacings of points by which a curve is carried on at once
 SHORTEST = 0.3  # end segments, of the mean segment: a knot closer to the new end is left out
@@ -40,19 +41,20 @@ def cut_back(draft: Draft) -> Draft:
     curves, keep = [], np.ones(len(draft.row), dtype=bool)
     for k, curve in enumerate(draft.present_curves()):
         basis = draft.prepared.curves.bases[k]
-        own = draft.links.curve == k
+        own = draft.links_by_curve[k]
         extent = None if curve.closed else confirmed_extent(draft, k)
         if extent is None:
             curves.append(curve)
             continue
-        keep &= ~own | (draft.state.location >= extent[0]) & (draft.state.location <= extent[1])
+        location = draft.state.location[own]
+        keep[own] = (location >= extent[0]) & (location <= extent[1])
         curves.append(on_domain(curve, basis, draft.coefficients_of(k), *extent))
     return with_curves(draft.with_links(keep), tuple(curves))
 
 
 def confirmed_extent(draft: Draft, curve: int) -> tuple[float, float] | None:
     """First and last location up to which two images have links; None where there is none."""
-    own = draft.links.curve == curve
+    own = draft.links_by_curve[curve]
     image, location = draft.links.image[own], draft.state.location[own]
     names = np.unique(image)
     if len(names) < 2:
@@ -68,10 +70,8 @@ def point_spacing(draft: Draft) -> FloatArray:
     curve, image = draft.links.curve[order], draft.links.image[order]
     step = np.diff(draft.state.location[order])
     inside = (np.diff(curve) == 0) & (np.diff(image) == 0) & (step > SAME)
-    found = np.full(len(draft.curves), np.nan)
-    for k in np.unique(curve[1:][inside]):
-        found[k] = np.median(step[inside & (curve[1:] == k)])
-    return found
+    groups = split_by(curve[1:][inside], len(draft.curves))
+    return np.array([np.median(step[inside][own]) if len(own) else np.nan for own in groups])
 
 
 def on_domain(curve: Curve, basis: CurveBasis, coefficients: FloatArray, low: float, high: float) -> Curve:

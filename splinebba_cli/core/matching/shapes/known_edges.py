@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from itertools import compress
-
 import numpy as np
 
 from splinebba_cli.core.matching.shapes.double_edges import APART, FEWEST, clusters_beside
 from splinebba_cli.core.matching.shapes.new_curve_problems import two_edges_problem
 from splinebba_cli.core.network import FloatArray, IntArray, Network
 from splinebba_cli.core.result import Problem
+from splinebba_cli.core.row_groups import split_by
 
 
 def double_edge_problems(
@@ -23,11 +22,10 @@ def double_edge_problems(
     residual : (n,) across, in sigma, with the sense of ascending locations
     """
     names = np.where(chain >= 0, chain, -1 - image)
-    order = np.argsort(curve, kind="stable")
-    curves, first = np.unique(curve[order], return_index=True)
-    wide = np.isin(curves, _spread(curve, residual, names))
+    rows = split_by(curve, len(network.curves))
     found = []
-    for k, own in compress(zip(curves.tolist(), np.split(order, first)[1:], strict=True), wide.tolist()):
+    for k in _spread(curve, residual, names).tolist():
+        own = rows[k]
         clusters = clusters_beside(location[own], residual[own], names[own])
         if clusters is not None:
             found.append(two_edges_problem(network, k, clusters))

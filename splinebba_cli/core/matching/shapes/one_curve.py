@@ -191,7 +191,7 @@ def _draft_of_wholes(network: Network, draft: Draft, wholes: list[_Whole], *, be
     row, label, location = [], [], []
     for number, whole in enumerate(wholes):
         for k, sign, shift in whole.parts:
-            own = np.flatnonzero(draft.links.curve == k)
+            own = draft.links_by_curve[k]
             row.append(draft.row[own])
             label.append(np.full(len(own), number))
             location.append(sign * draft.state.location[own] + shift)

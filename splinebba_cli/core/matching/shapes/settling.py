@@ -30,13 +30,12 @@ CLEARLY = 2.0 * PRICE  # of v'Pv
 
 def settled_curves(draft: Draft) -> Draft:
     """The same links on curves that settle."""
-    curves = tuple(_settled(draft, k) for k in range(len(draft.curves)))
+    curves = tuple(_settled(draft, k, curve) for k, curve in enumerate(draft.present_curves()))
     return with_curves(draft, curves)
 
 
-def _settled(draft: Draft, k: int) -> Curve:
+def _settled(draft: Draft, k: int, curve: Curve) -> Curve:
     """One curve, iterated; as it was where nothing helps."""
-    curve = draft.present_curves()[k]
     prepared, state = _alone(draft, k, curve)
     first = _solved(prepared, state)
     if first is None:
@@ -83,7 +82,7 @@ def _curve_of(solution: Solution) -> Curve:
 
 def _alone(draft: Draft, k: int, curve: Curve) -> tuple[Prepared, State]:
     """A network of one curve whose values are free, and its links."""
-    own = np.flatnonzero(draft.links.curve == k)
+    own = draft.links_by_curve[k]
     links = replace(select_rows(draft.links, own), curve=np.zeros(len(own), dtype=np.int64))
     network: Network = replace(draft.prepared.network, curves=(curve,), curve_observations=links)
     prepared = prepare(network)

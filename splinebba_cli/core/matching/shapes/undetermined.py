@@ -81,11 +81,11 @@ def real_curves(network: Network, draft: Draft) -> Draft:
     kept = []
     spacing = point_spacing(draft)
     for k, curve in enumerate(draft.present_curves()):
-        own = draft.links.curve == k
+        own = draft.links_by_curve[k]
         breaks = draft.prepared.curves.bases[k].break_points
         images = np.unique(draft.links.image[own])
         long = float(breaks[-1] - breaks[0]) >= SHORTEST * spacing[k]
-        if own.sum() >= FEWEST and len(images) >= 2 and long:
+        if len(own) >= FEWEST and len(images) >= 2 and long:
             kept.append((k, curve))
     if len(kept) == len(draft.curves):
         return draft
